@@ -1,0 +1,2 @@
+//! The Chargehand coordinator: chooses a pile for every robot, plans, grants, explains.
+

@@ -1,0 +1,2 @@
+//! The `chargehand` binary.
+fn main() {}

@@ -1,0 +1,2 @@
+//! Occupancy grids, path planners and local memorial path planning for indoor robots.
+

@@ -1,0 +1,2 @@
+//! `cargo xtask`: set up, test, emulate, measure.
+fn main() {}
