@@ -1,2 +1,1 @@
 //! The Chargehand coordinator: chooses a pile for every robot, plans, grants, explains.
-

@@ -1,2 +1,1 @@
 //! Occupancy grids, path planners and local memorial path planning for indoor robots.
-

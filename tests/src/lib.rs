@@ -1,2 +1,1 @@
 //! Tests that cross crates: loopback, emulated boards, the demo.
-

@@ -1,0 +1,110 @@
+//! Who and what a message speaks of.
+//!
+//! Every identifier is its own type, so that a lease is never taken for a pile.
+
+use core::{fmt, str::FromStr};
+
+use serde::{Deserialize, Serialize};
+
+macro_rules! ids {
+    ($($(#[$doc:meta])* $name:ident($inner:ty);)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[serde(transparent)]
+        pub struct $name(pub $inner);
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                self.0.fmt(f)
+            }
+        }
+    )*};
+}
+
+ids! {
+    /// A charging pile of the site (the papers' s_i).
+    PileId(u16);
+    /// A robot of the fleet.
+    RobotId(u16);
+    /// A lease; the coordinator never gives the same number twice.
+    LeaseId(u32);
+    /// The reign of one coordinator. It grows with every take-over; a pile refuses lower ones
+    /// than the highest it has seen.
+    Epoch(u32);
+    /// Counts the starts of a device, so that its old frames are known as old.
+    BootEpoch(u32);
+    /// Counts the frames of a device since its start.
+    Sequence(u32);
+    /// A command; a repeat carries the same number, is answered again and not done again.
+    CommandId(u32);
+    /// A report that its sender repeats until it is acknowledged.
+    ReportId(u32);
+    /// A robot's request for a charge; a repeat carries the same number.
+    RequestId(u32);
+}
+
+/// What an RFID reader sees of a robot: a 96-bit EPC.
+#[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(transparent)]
+pub struct TagId(pub [u8; 12]);
+
+impl fmt::Display for TagId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+    }
+}
+
+impl fmt::Debug for TagId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "TagId({self})")
+    }
+}
+
+/// The text is no tag: a tag is written as 24 hexadecimal digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a tag is 24 hexadecimal digits, such as 30751FEB705C5904E3D50D70")]
+pub struct NotATag;
+
+impl FromStr for TagId {
+    type Err = NotATag;
+
+    fn from_str(text: &str) -> Result<Self, NotATag> {
+        let digit = |byte: u8| char::from(byte).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
+        let mut tag = [0; 12];
+        if text.len() != 2 * tag.len() {
+            return Err(NotATag);
+        }
+        for (byte, pair) in tag.iter_mut().zip(text.as_bytes().chunks_exact(2)) {
+            *byte = match pair {
+                &[high, low] => digit(high).zip(digit(low)).map(|(high, low)| high << 4 | low),
+                _ => None,
+            }
+            .ok_or(NotATag)?;
+        }
+        Ok(Self(tag))
+    }
+}
+
+/// Who sent a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DeviceId {
+    /// The site's coordinator, whichever computer it runs on.
+    Coordinator,
+    /// A charging pile.
+    Pile(PileId),
+    /// A robot.
+    Robot(RobotId),
+}
+
+impl fmt::Display for DeviceId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Coordinator => f.write_str("the coordinator"),
+            Self::Pile(pile) => write!(f, "pile {pile}"),
+            Self::Robot(robot) => write!(f, "robot {robot}"),
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Which protocol versions two devices can speak.
+//!
+//! A device speaks every version from its `MIN` to its `CURRENT` and says so in
+//! [`Hello`](crate::Hello), whose layout, like that of the frame's header, never changes. Within a
+//! version enums are append-only and `tests/versioning/` holds the bytes of every message.
+
+/// The oldest version this code speaks.
+pub const MIN: u8 = 1;
+/// The newest version this code speaks; what it sends until it has heard the other side's.
+pub const CURRENT: u8 = 1;
+
+/// The versions a device speaks, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Range {
+    /// The oldest.
+    pub min: u8,
+    /// The newest.
+    pub current: u8,
+}
+
+/// What this code speaks.
+pub const OURS: Range = Range { min: MIN, current: CURRENT };
+
+/// Two devices have no version in common: the one that speaks the older ones needs an update.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no common protocol version: we speak {}..={}, the other side {}..={}; update the older one",
+    ours.min, ours.current, theirs.min, theirs.current
+)]
+pub struct NoCommonVersion {
+    /// What we speak.
+    pub ours: Range,
+    /// What the other side speaks.
+    pub theirs: Range,
+}
+
+/// The newest version both sides speak.
+///
+/// # Errors
+/// [`NoCommonVersion`] if the ranges do not meet.
+pub const fn negotiate(ours: Range, theirs: Range) -> Result<u8, NoCommonVersion> {
+    let newest = if ours.current < theirs.current { ours.current } else { theirs.current };
+    let oldest = if ours.min > theirs.min { ours.min } else { theirs.min };
+    if oldest <= newest { Ok(newest) } else { Err(NoCommonVersion { ours, theirs }) }
+}
