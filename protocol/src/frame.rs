@@ -105,10 +105,8 @@ impl Frame {
 
         let mut bytes = FrameBytes::new();
         bytes.resize_default(limits::FRAME).map_err(|_| EncodeError)?;
-        let room = bytes.get_mut(1..limits::FRAME - 1).ok_or(EncodeError)?;
-        let length = cobs::try_encode(packet, room).map_err(|_| EncodeError)?;
-        // The byte after the COBS data is still zero: it is the closing delimiter.
-        bytes.truncate(length + 2);
+        let length = cobs::try_encode_including_sentinels(packet, &mut bytes).map_err(|_| EncodeError)?;
+        bytes.truncate(length);
         Ok(bytes)
     }
 
@@ -138,5 +136,29 @@ impl Frame {
         } else {
             Err(FrameError::Version { version: header.version })
         }
+    }
+}
+
+/// Puts a device's messages into frames and counts them.
+#[derive(Clone, Debug)]
+pub struct FrameWriter {
+    next: Header,
+}
+
+impl FrameWriter {
+    /// A writer for `sender` in its start `boot`.
+    #[must_use]
+    pub const fn new(sender: DeviceId, boot: BootEpoch) -> Self {
+        Self { next: Header::new(sender, boot, Sequence(0)) }
+    }
+
+    /// The bytes of the next frame.
+    ///
+    /// # Errors
+    /// As [`Frame::encode`].
+    pub fn write(&mut self, message: Message) -> Result<FrameBytes, EncodeError> {
+        let bytes = Frame { header: self.next, message }.encode()?;
+        self.next.sequence.0 = self.next.sequence.0.wrapping_add(1);
+        Ok(bytes)
     }
 }

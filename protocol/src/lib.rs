@@ -45,7 +45,7 @@ pub mod version;
 
 pub use deframer::Deframer;
 pub use error::{EncodeError, FrameError};
-pub use frame::{Frame, FrameBytes, Header};
+pub use frame::{Frame, FrameBytes, FrameWriter, Header};
 pub use ids::*;
 pub use message::*;
 pub use units::*;
