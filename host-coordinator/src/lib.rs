@@ -1,1 +1,13 @@
 //! The Chargehand coordinator: chooses a pile for every robot, plans, grants, explains.
+//!
+//! Decisions are pure; I/O stands in a thin shell around them.
+//!
+//! | module | one idea |
+//! |---|---|
+//! | [`config`] | what `chargehand run` is told by its configuration file |
+//! | [`document`] | reads a TOML file and collects every mistake in it |
+//! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
+
+pub mod config;
+pub mod diagnostics;
+pub mod document;

@@ -1,0 +1,34 @@
+//! `chargehand check`: is a configuration ready to run?
+
+use std::path::PathBuf;
+
+use host_coordinator::config::Config;
+use serde_json::json;
+
+use super::{Outcome, out, out_json};
+
+/// Check a configuration and report every mistake in it with file and line
+#[derive(clap::Args)]
+pub struct Check {
+    /// The configuration that `chargehand run` would get
+    #[arg(long, value_name = "FILE")]
+    config: PathBuf,
+    /// Print the mistakes as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Check {
+    pub fn run(self) -> Outcome {
+        let checked = Config::load(&self.config);
+        if self.json {
+            let mistakes = checked.as_ref().map_or_else(|found| found.mistakes(), |_| &[]);
+            out_json(&json!({ "ready": mistakes.is_empty(), "mistakes": mistakes }))?;
+        }
+        let config = checked?;
+        if self.json {
+            return Ok(());
+        }
+        out(&format!("{} is ready to run: {} robots", self.config.display(), config.robots.len()))
+    }
+}

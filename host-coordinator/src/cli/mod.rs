@@ -1,0 +1,72 @@
+//! The command line: one file a command.
+//!
+//! A command is a `clap::Args` struct with `run(self) -> Outcome`. To add one, write its file,
+//! name its module here and give it a line in [`Command`] and in [`Command::run`]. A command
+//! prints its result on standard output with [`out`] or [`out_json`] and returns any error;
+//! [`main`] prints it on standard error and turns it into the exit code.
+
+mod check;
+
+use std::{
+    error::Error,
+    io::{self, Write as _},
+    process::ExitCode,
+};
+
+use clap::{Parser, Subcommand};
+use serde::Serialize;
+
+/// How a command ends. The error's text is one sentence with the cause and the next step.
+type Outcome = Result<(), Box<dyn Error>>;
+
+/// Keeps a fleet of indoor robots charged.
+#[derive(Parser)]
+#[command(name = "chargehand", version, about, propagate_version = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Check(check::Check),
+}
+
+impl Command {
+    fn run(self) -> Outcome {
+        match self {
+            Self::Check(command) => command.run(),
+        }
+    }
+}
+
+/// Runs the command that was asked for.
+pub fn main() -> ExitCode {
+    match Cli::parse().command.run() {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever read our output has had enough of it (`chargehand ... | head`).
+        Err(error) if is_broken_pipe(error.as_ref()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let (bold_red, reset) = ("\x1b[1;31m", "\x1b[0m");
+            // Nothing is left to do where even standard error is closed.
+            let _ = writeln!(anstream::stderr(), "{bold_red}error:{reset} {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn is_broken_pipe(error: &(dyn Error + 'static)) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+/// Prints text for a person; colours are dropped where standard output is no terminal.
+fn out(text: &str) -> Outcome {
+    Ok(writeln!(anstream::stdout(), "{text}")?)
+}
+
+/// Prints data for a program.
+fn out_json(data: &impl Serialize) -> Outcome {
+    let mut stdout = io::stdout().lock();
+    // Not `to_writer`: it would hide a closed pipe inside its own error type.
+    Ok(writeln!(stdout, "{}", serde_json::to_string_pretty(data)?)?)
+}

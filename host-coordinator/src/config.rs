@@ -1,0 +1,173 @@
+//! What `chargehand run` is told by its configuration file.
+//!
+//! Paths in the file are relative to the file. Everything but `site`, `event_log` and the robots
+//! has a default.
+
+use std::{
+    net::{Ipv4Addr, SocketAddr},
+    path::{Path, PathBuf},
+};
+
+use protocol::{DurationMs, EnergyJ, PileId, RobotId, TagId};
+
+use crate::{
+    diagnostics::Diagnostics,
+    document::{self, Section, number, one_of, parsed, text, whole},
+};
+
+/// A coordinator's configuration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// The folder of the site.
+    pub site: PathBuf,
+    /// The SQLite file of the event log; it is made if it is not there.
+    pub event_log: PathBuf,
+    /// Where the coordinator can be reached.
+    pub listen: Listen,
+    /// How it decides.
+    pub policy: Policy,
+    /// The robots it serves.
+    pub robots: Vec<RobotConfig>,
+    /// The piles that it calls by TCP; the others call it.
+    pub connect: Vec<(PileId, SocketAddr)>,
+}
+
+/// Where the coordinator can be reached. By default on this computer only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Listen {
+    /// The dashboard and its API.
+    pub http: SocketAddr,
+    /// Piles and robots by UDP.
+    pub udp: SocketAddr,
+    /// Piles and robots by TCP.
+    pub tcp: SocketAddr,
+}
+
+impl Default for Listen {
+    fn default() -> Self {
+        let local = |port| SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+        Self { http: local(8480), udp: local(8481), tcp: local(8481) }
+    }
+}
+
+/// How the coordinator decides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Policy {
+    /// Which reading of LMPP eq. 9 chooses a pile.
+    pub rule: Rule,
+    /// Doors whose congestion exceeds this are not used (LMPP's theta, eq. 11); from 1 on all
+    /// doors are.
+    pub theta: f64,
+    /// A charge this far done counts as almost done (LMPP's q_th), 0 to 1.
+    pub q_threshold: f64,
+    /// How long a lease lasts before it is extended.
+    pub lease: DurationMs,
+}
+
+impl Default for Policy {
+    fn default() -> Self {
+        Self { rule: Rule::Corrected, theta: 1.0, q_threshold: 0.9, lease: DurationMs(60_000) }
+    }
+}
+
+/// Which reading of LMPP's selection (eq. 9) is meant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rule {
+    /// As printed, which reproduces the paper's tables.
+    PaperLiteral,
+    /// Chooses only among piles within reach, by the share of the charge still ahead.
+    #[default]
+    Corrected,
+}
+
+/// One robot of the fleet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotConfig {
+    /// Which robot.
+    pub id: RobotId,
+    /// The RFID tag it carries.
+    pub tag: TagId,
+    /// The energy of its full battery.
+    pub full: EnergyJ,
+    /// The energy it takes to drive a metre, in joules; more than 0.
+    pub energy_per_metre_j: f32,
+}
+
+impl Config {
+    /// Reads the configuration in `file`, but not the site that it names.
+    ///
+    /// # Errors
+    /// Every mistake in the file.
+    pub fn load(file: &Path) -> Result<Self, Diagnostics> {
+        document::read(file, |document, mut root| {
+            let site = root.required("site", &text());
+            let event_log = root.required("event_log", &text());
+            let listen = listen(root.table("listen"));
+            let policy = policy(root.table("policy"));
+            let robots = robots(root.tables("robot"));
+            let connect = connect(root.tables("pile"));
+            let (site, event_log) = (document.resolve(&site?), document.resolve(&event_log?));
+            Some(Self { site, event_log, listen, policy, robots, connect })
+        })
+    }
+}
+
+fn listen(mut section: Section<'_>) -> Listen {
+    let default = Listen::default();
+    let address = || parsed("an address and port such as \"127.0.0.1:8480\"");
+    Listen {
+        http: section.optional("http", &address()).unwrap_or(default.http),
+        udp: section.optional("udp", &address()).unwrap_or(default.udp),
+        tcp: section.optional("tcp", &address()).unwrap_or(default.tcp),
+    }
+}
+
+fn policy(mut section: Section<'_>) -> Policy {
+    const RULES: &[(&str, Rule)] = &[("corrected", Rule::Corrected), ("paper-literal", Rule::PaperLiteral)];
+    let default = Policy::default();
+    let lease_s = section.optional("lease_s", &number(5.0..=86_400.0));
+    Policy {
+        rule: section.optional("rule", &one_of(RULES)).unwrap_or(default.rule),
+        theta: section.optional("theta", &number(0.0..=f64::INFINITY)).unwrap_or(default.theta),
+        q_threshold: section.optional("q_threshold", &number(0.0..=1.0)).unwrap_or(default.q_threshold),
+        lease: lease_s.map_or(default.lease, |seconds| DurationMs::from_seconds(seconds as f32)),
+    }
+}
+
+fn robots(sections: Vec<Section<'_>>) -> Vec<RobotConfig> {
+    let mut robots = Vec::new();
+    let (mut ids, mut tags) = (Vec::new(), Vec::new());
+    for mut section in sections {
+        let id = section.required("id", &whole(0..=u16::MAX.into())).map(RobotId);
+        let tag = section.required("tag", &parsed("a tag of 24 hexadecimal digits in quotes"));
+        let full = section.required("full_j", &number(1.0..=EnergyJ::MAX.get().into()));
+        let energy_per_metre_j = section.required("energy_per_metre_j", &number(0.001..=1.0e6));
+        if let Some(id) = id.filter(|id| ids.contains(id)) {
+            section.mistake("id", format!("robot {id} is there twice"), "one [[robot]] for each robot");
+        }
+        if let Some(tag) = tag.filter(|tag| tags.contains(tag)) {
+            section.mistake("tag", format!("tag {tag} is there twice"), "a tag of its own for each robot");
+        }
+        ids.extend(id);
+        tags.extend(tag);
+        if let (Some(id), Some(tag), Some(full), Some(per_metre)) = (id, tag, full, energy_per_metre_j) {
+            let full = EnergyJ::clamped(full as f32);
+            robots.push(RobotConfig { id, tag, full, energy_per_metre_j: per_metre as f32 });
+        }
+    }
+    robots
+}
+
+fn connect(sections: Vec<Section<'_>>) -> Vec<(PileId, SocketAddr)> {
+    let (mut connect, mut ids) = (Vec::new(), Vec::new());
+    for mut section in sections {
+        let id = section.required("id", &whole(0..=u16::MAX.into())).map(PileId);
+        let address = section.required("address", &parsed("an address and port such as \"10.0.0.7:8481\""));
+        if let Some(id) = id.filter(|id| ids.contains(id)) {
+            section.mistake("id", format!("pile {id} is there twice"), "one [[pile]] for each pile");
+        }
+        ids.extend(id);
+        connect.extend(id.zip(address));
+    }
+    connect
+}

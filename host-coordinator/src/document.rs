@@ -1,0 +1,276 @@
+//! Reads a TOML file and collects every mistake in it instead of stopping at the first.
+//!
+//! A [`Section`] is asked for its keys; a missing, ill-typed or out-of-range value is noted with
+//! its line and reads as `None`. Keys that nobody asked for are noted when the section is
+//! dropped.
+
+use std::{
+    cell::RefCell,
+    fmt::Display,
+    fs,
+    ops::{Range, RangeInclusive},
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+use toml::de::{DeTable, DeValue};
+
+use crate::diagnostics::{Diagnostic, Diagnostics};
+
+/// A file while it is read, with the mistakes found so far.
+pub struct Document<'a> {
+    file: &'a Path,
+    text: &'a str,
+    mistakes: RefCell<Vec<Diagnostic>>,
+}
+
+/// Reads `file` with `read`, which returns `None` only after noting a mistake.
+///
+/// # Errors
+/// Every mistake that was noted.
+pub fn read<T>(
+    file: &Path,
+    read: impl FnOnce(&Document<'_>, Section<'_>) -> Option<T>,
+) -> Result<T, Diagnostics> {
+    let text = match fs::read_to_string(file) {
+        Ok(text) => text,
+        Err(error) => {
+            let mistake = Diagnostic::new(file, None, format!("cannot be read ({error})"), "a TOML file");
+            return Diagnostics::check(file, vec![mistake], None);
+        }
+    };
+    let document = Document { file, text: &text, mistakes: RefCell::default() };
+    let (root, errors) = DeTable::parse_recoverable(&text);
+    for error in errors {
+        let line = error.span().map(|span| document.line(&span));
+        document.mistake(
+            line,
+            format!("is no valid TOML ({})", error.message()),
+            "`key = value` or `[section]`",
+        );
+    }
+    let value = read(&document, document.section("the file".into(), 1, root.into_inner()));
+    Diagnostics::check(file, document.mistakes.into_inner(), value)
+}
+
+impl<'a> Document<'a> {
+    /// Notes a mistake in this file.
+    pub fn mistake(
+        &self,
+        line: impl Into<Option<usize>>,
+        problem: impl Into<String>,
+        expected: impl Into<String>,
+    ) {
+        self.mistake_elsewhere([Diagnostic::new(self.file, line, problem, expected)]);
+    }
+
+    /// Notes mistakes in a file that this one names.
+    pub fn mistake_elsewhere(&self, mistakes: impl IntoIterator<Item = Diagnostic>) {
+        self.mistakes.borrow_mut().extend(mistakes);
+    }
+
+    /// A path that this file gives, relative to the file itself.
+    #[must_use]
+    pub fn resolve(&self, path: &str) -> PathBuf {
+        let path = self.file.parent().unwrap_or(Path::new("")).join(path);
+        // Tidy `dir/.`, which would look odd in messages.
+        path.components().collect()
+    }
+
+    fn line(&self, span: &Range<usize>) -> usize {
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        1 + before.bytes().filter(|&byte| byte == b'\n').count()
+    }
+
+    fn section<'s>(&'s self, title: String, line: usize, entries: DeTable<'s>) -> Section<'s> {
+        Section { document: self, title, line, entries, asked: Vec::new() }
+    }
+}
+
+/// One table of the file.
+pub struct Section<'a> {
+    document: &'a Document<'a>,
+    title: String,
+    line: usize,
+    /// What nobody asked for yet.
+    entries: DeTable<'a>,
+    /// What was asked for, and its line if it is there.
+    asked: Vec<(&'static str, Option<usize>)>,
+}
+
+impl<'a> Section<'a> {
+    /// The value of `key`; a mistake if there is none.
+    pub fn required<T>(&mut self, key: &'static str, kind: &Kind<T>) -> Option<T> {
+        if !self.entries.contains_key(key) {
+            self.asked.push((key, None));
+            let problem = format!("{} has no `{key}`", self.title);
+            self.document.mistake(self.line, problem, &*kind.expected);
+            return None;
+        }
+        self.optional(key, kind)
+    }
+
+    /// The value of `key`, if there is one.
+    pub fn optional<T>(&mut self, key: &'static str, kind: &Kind<T>) -> Option<T> {
+        let (span, value) = self.take(key)?;
+        let read = (kind.read)(&value);
+        let found = self.document.text.get(span).unwrap_or_default();
+        // Where nothing is written, the parser has complained already.
+        if read.is_none() && !found.is_empty() {
+            let found =
+                if found.chars().count() > 60 || found.contains('\n') { value.type_str() } else { found };
+            self.document.mistake(self.line_of(key), format!("`{key}` is {found}"), &*kind.expected);
+        }
+        read
+    }
+
+    /// The table `[key]`; an empty one if there is none.
+    pub fn table(&mut self, key: &'static str) -> Section<'a> {
+        let (line, entries) = match self.take(key) {
+            Some((_, DeValue::Table(entries))) => (self.line_of(key), entries),
+            Some((_, other)) => {
+                let problem = format!("`{key}` is a {}", other.type_str());
+                self.document.mistake(self.line_of(key), problem, format!("a table `[{key}]`"));
+                (self.line_of(key), DeTable::new())
+            }
+            None => (self.line, DeTable::new()),
+        };
+        self.document.section(format!("[{key}]"), line, entries)
+    }
+
+    /// The tables `[[key]]`, in the file's order.
+    pub fn tables(&mut self, key: &'static str) -> Vec<Section<'a>> {
+        let elements = match self.take(key) {
+            Some((_, DeValue::Array(elements))) => elements,
+            Some((_, other)) => {
+                let problem = format!("`{key}` is a {}", other.type_str());
+                self.document.mistake(self.line_of(key), problem, format!("tables `[[{key}]]`"));
+                return Vec::new();
+            }
+            None => return Vec::new(),
+        };
+        let section = |element: toml::Spanned<DeValue<'a>>| {
+            let line = self.document.line(&element.span());
+            match element.into_inner() {
+                DeValue::Table(entries) => Some(self.document.section(format!("[[{key}]]"), line, entries)),
+                other => {
+                    let problem = format!("an element of `{key}` is a {}", other.type_str());
+                    self.document.mistake(line, problem, format!("tables `[[{key}]]`"));
+                    None
+                }
+            }
+        };
+        elements.into_iter().filter_map(section).collect()
+    }
+
+    /// The line of `key`, or of the section if the key is not there.
+    #[must_use]
+    pub fn line_of(&self, key: &str) -> usize {
+        let line = self.asked.iter().find(|(asked, _)| *asked == key).and_then(|&(_, line)| line);
+        line.unwrap_or(self.line)
+    }
+
+    /// Notes a mistake in the value of `key`.
+    pub fn mistake(&self, key: &str, problem: impl Into<String>, expected: impl Into<String>) {
+        self.document.mistake(self.line_of(key), problem, expected);
+    }
+
+    fn take(&mut self, key: &'static str) -> Option<(Range<usize>, DeValue<'a>)> {
+        let taken = self.entries.remove_entry(key);
+        self.asked.push((key, taken.as_ref().map(|(key, _)| self.document.line(&key.span()))));
+        taken.map(|(_, value)| (value.span(), value.into_inner()))
+    }
+}
+
+impl Drop for Section<'_> {
+    fn drop(&mut self) {
+        for key in self.entries.keys() {
+            let known: Vec<_> = self.asked.iter().map(|(key, _)| format!("`{key}`")).collect();
+            self.document.mistake(
+                self.document.line(&key.span()),
+                format!("{} has an unknown key `{}`", self.title, key.get_ref()),
+                format!("one of {}", known.join(", ")),
+            );
+        }
+    }
+}
+
+/// What kind of value a key has: how it is read and how a person is told.
+pub struct Kind<T> {
+    expected: String,
+    read: Box<Read<T>>,
+}
+
+type Read<T> = dyn Fn(&DeValue<'_>) -> Option<T>;
+
+impl<T: 'static> Kind<T> {
+    fn new(expected: impl Into<String>, read: impl Fn(&DeValue<'_>) -> Option<T> + 'static) -> Self {
+        Self { expected: expected.into(), read: Box::new(read) }
+    }
+}
+
+/// Text that is not empty.
+#[must_use]
+pub fn text() -> Kind<String> {
+    Kind::new("a text in quotes", |value| {
+        value.as_str().filter(|text| !text.trim().is_empty()).map(str::to_owned)
+    })
+}
+
+/// Text that can be read as `T`, such as `expected`.
+#[must_use]
+pub fn parsed<T: FromStr + 'static>(expected: &str) -> Kind<T> {
+    Kind::new(expected, |value| value.as_str()?.parse().ok())
+}
+
+/// One of a few words.
+#[must_use]
+pub fn one_of<T: Copy + 'static>(choices: &'static [(&'static str, T)]) -> Kind<T> {
+    let words: Vec<_> = choices.iter().map(|(word, _)| format!("\"{word}\"")).collect();
+    Kind::new(words.join(" or "), |value| {
+        let text = value.as_str()?;
+        choices.iter().find(|(word, _)| *word == text).map(|&(_, choice)| choice)
+    })
+}
+
+/// A whole number in `range`.
+#[must_use]
+pub fn whole<T: TryFrom<i64> + 'static>(range: RangeInclusive<i64>) -> Kind<T> {
+    Kind::new(format!("a whole number from {} to {}", range.start(), range.end()), move |value| {
+        integer(value).filter(|number| range.contains(number)).and_then(|number| T::try_from(number).ok())
+    })
+}
+
+/// A finite number in `range`, whose end may be infinite.
+#[must_use]
+pub fn number(range: RangeInclusive<f64>) -> Kind<f64> {
+    let expected = if range.end().is_finite() {
+        format!("a number from {} to {}", range.start(), range.end())
+    } else {
+        format!("a finite number of {} or more", range.start())
+    };
+    Kind::new(expected, move |value| {
+        let number = match value {
+            DeValue::Float(float) => float.as_str().parse().ok()?,
+            other => integer(other)? as f64,
+        };
+        (number.is_finite() && range.contains(&number)).then_some(number)
+    })
+}
+
+/// A cell or point as `[x, y]`, in whole numbers of `what`.
+#[must_use]
+pub fn pair(what: impl Display) -> Kind<[i32; 2]> {
+    Kind::new(format!("[x, y] in whole {what}"), |value| match value {
+        DeValue::Array(elements) => {
+            let whole = |index: usize| i32::try_from(integer(elements.get(index)?.get_ref())?).ok();
+            (elements.len() == 2).then_some([whole(0)?, whole(1)?])
+        }
+        _ => None,
+    })
+}
+
+fn integer(value: &DeValue<'_>) -> Option<i64> {
+    let integer = value.as_integer()?;
+    i64::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
