@@ -1,1 +1,3 @@
-//! Tests that cross crates: loopback, emulated boards, the demo.
+//! What the tests that cross crates share: a board in QEMU, and the log it writes.
+
+pub mod emulator;

@@ -1,2 +1,81 @@
-//! `cargo xtask`: set up, test, emulate, measure.
-fn main() {}
+//! `cargo xtask`: sets up a machine, builds the boards' images, tests everything.
+//!
+//! One idea a module: [`setup`] finds or installs what is missing (through [`apt`] where it must),
+//! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds and [`size`] measures an
+//! image, [`test`] is what the project's continuous integration runs. Whatever fails says why and
+//! what to do next, and ends with exit code 1.
+
+mod apt;
+mod command;
+mod firmware;
+mod setup;
+mod size;
+mod test;
+mod toolchain;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use command::Failure;
+
+/// Sets up a machine, builds the boards' images, tests everything.
+#[derive(Parser)]
+#[command(name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Installs what is missing: the ARM target, QEMU.
+    Setup,
+    /// Runs every check and every test, the quick ones first.
+    Test,
+    /// Builds the images that QEMU runs and prints their flash and RAM use.
+    Firmware,
+    /// Prints the flash and RAM use of the images built last.
+    Size,
+    /// Boots the pile's image in QEMU and shows its log.
+    Emulate {
+        /// Where USART1, the link to the coordinator, listens on this machine.
+        #[arg(long, value_name = "PORT", default_value_t = 8491)]
+        link: u16,
+        /// Where USART2, the RFID reader, listens on this machine.
+        #[arg(long, value_name = "PORT", default_value_t = 8492)]
+        reader: u16,
+    },
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().task {
+        Task::Setup => setup::all().map(drop),
+        Task::Test => test::all(),
+        Task::Firmware => setup::arm_toolchain().and_then(|toolchain| firmware::build(&toolchain)),
+        Task::Size => size::print(),
+        Task::Emulate { link, reader } => emulate(link, reader),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn emulate(link: u16, reader: u16) -> Result<(), Failure> {
+    let toolchain = setup::all()?;
+    firmware::build(&toolchain)?;
+    command::cargo("run --quiet --package tests --bin emulate --")
+        .args([link.to_string(), reader.to_string()])
+        .run()
+}
+
+/// The root of the repository.
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).to_path_buf()
+}

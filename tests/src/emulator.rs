@@ -1,0 +1,193 @@
+//! A pile's board in QEMU, its two UARTs on TCP, its log as lines.
+//!
+//! The image is the one that `cargo xtask firmware` built. QEMU ends when the [`Emulator`] is
+//! dropped.
+
+use std::fmt;
+use std::io::{self, Read};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use defmt_decoder::{DecodeError, Table};
+
+/// The emulator, of version 10 or newer.
+const QEMU: &str = "qemu-system-arm";
+
+/// Its machine with the USARTs, SysTick and interrupt controller of the boards' STM32F407.
+const MACHINE: &str = "olimex-stm32-h405";
+
+/// Why a board is not there.
+#[derive(Debug, thiserror::Error)]
+pub enum EmulatorError {
+    /// There is no image, or it cannot be read.
+    #[error("cannot read the pile's image {}: {cause}; build it with `cargo xtask firmware`", path.display())]
+    Image {
+        /// Where it should be.
+        path: PathBuf,
+        /// Why it is not.
+        cause: io::Error,
+    },
+    /// The image has no defmt log, or one of another version.
+    #[error("the image {} has no log that can be read: {cause}; build it with `cargo xtask firmware`", path.display())]
+    Log {
+        /// The image.
+        path: PathBuf,
+        /// What its table lacks.
+        cause: String,
+    },
+    /// QEMU is missing or does not run.
+    #[error("cannot start {QEMU}: {0}; `cargo xtask setup` installs it")]
+    Qemu(#[from] io::Error),
+    /// The emulated board ended, which it never should.
+    #[error("{QEMU} ended ({0}) before the log said {1:?}; its log and its messages above say why")]
+    Ended(ExitStatus, String),
+    /// The board lives and did not say it in time.
+    #[error("the board's log did not say {wanted:?} within {limit:?}, only: {lines:#?}")]
+    Silent {
+        /// What was waited for.
+        wanted: String,
+        /// How long.
+        limit: Duration,
+        /// What came instead.
+        lines: Vec<String>,
+    },
+}
+
+/// The other end of a UART: a TCP connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Serial {
+    /// The board connects to who listens there, again and again.
+    Dial(SocketAddr),
+    /// The board listens there.
+    Listen(SocketAddr),
+}
+
+impl fmt::Display for Serial {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Dial(address) | Self::Listen(address)) = self;
+        write!(f, "host={},port={},nodelay=on,", address.ip(), address.port())?;
+        f.write_str(match self {
+            Self::Dial(_) => "server=off,reconnect-ms=200",
+            Self::Listen(_) => "server=on,wait=off",
+        })
+    }
+}
+
+/// A running board.
+pub struct Emulator {
+    qemu: Child,
+    log: Receiver<String>,
+    seen: Vec<String>,
+}
+
+impl Emulator {
+    /// Boots the pile's image with USART1 as its `link` and USART2 as its RFID `reader`.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] says what is missing and how to get it.
+    pub fn boot(link: Serial, reader: Serial) -> Result<Self, EmulatorError> {
+        let path = image();
+        let table = log_table(&path)?;
+        let mut qemu = Command::new(QEMU)
+            .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            .args(["-chardev", &format!("socket,id=link,{link}"), "-serial", "chardev:link"])
+            .args(["-chardev", &format!("socket,id=reader,{reader}"), "-serial", "chardev:reader"])
+            .arg("-kernel")
+            .arg(path)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let (lines, log) = mpsc::channel();
+        if let Some(output) = qemu.stdout.take() {
+            thread::spawn(move || read_log(output, &table, &lines));
+        }
+        Ok(Self { qemu, log, seen: Vec::new() })
+    }
+
+    /// The next line of the log, `None` when the board has ended or said nothing for `limit`.
+    pub fn next_line(&mut self, limit: Duration) -> Option<&str> {
+        let line = self.log.recv_timeout(limit).ok()?;
+        self.seen.push(line);
+        self.seen.last().map(String::as_str)
+    }
+
+    /// Waits until the log says something new that contains `wanted`.
+    ///
+    /// # Errors
+    /// [`EmulatorError::Silent`] if it does not within `limit`, [`EmulatorError::Ended`] if the
+    /// board is no more.
+    pub fn wait_for(&mut self, wanted: &str, limit: Duration) -> Result<(), EmulatorError> {
+        let deadline = Instant::now() + limit;
+        loop {
+            match self.log.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(line) => {
+                    let found = line.contains(wanted);
+                    self.seen.push(line);
+                    if found {
+                        return Ok(());
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    let lines = self.seen.clone();
+                    return Err(EmulatorError::Silent { wanted: wanted.into(), limit, lines });
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(EmulatorError::Ended(self.qemu.wait()?, wanted.into()));
+                }
+            }
+        }
+    }
+
+    /// All that the log has said so far.
+    pub fn log(&mut self) -> &[String] {
+        self.seen.extend(self.log.try_iter());
+        &self.seen
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // Both fail only if it has ended already, which is what is wanted.
+        let _ = self.qemu.kill();
+        let _ = self.qemu.wait();
+    }
+}
+
+/// Where `cargo xtask firmware` puts the pile's image.
+fn image() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).join("target/thumbv7em-none-eabihf/release/emulated")
+}
+
+/// The texts of the log, which are in the image and not in what it sends.
+fn log_table(path: &Path) -> Result<Table, EmulatorError> {
+    let elf = std::fs::read(path).map_err(|cause| EmulatorError::Image { path: path.into(), cause })?;
+    let table = Table::parse(&elf)
+        .map_err(|error| error.to_string())
+        .and_then(|table| table.ok_or_else(|| "it was built without defmt".to_owned()));
+    table.map_err(|cause| EmulatorError::Log { path: path.into(), cause })
+}
+
+/// Turns what the board writes into lines until it ends, or nobody wants them any more.
+fn read_log(mut output: ChildStdout, table: &Table, lines: &Sender<String>) {
+    let mut decoder = table.new_stream_decoder();
+    let mut buffer = [0; 1024];
+    while let Ok(length @ 1..) = output.read(&mut buffer) {
+        decoder.received(buffer.get(..length).unwrap_or_default());
+        loop {
+            let line = match decoder.decode() {
+                Ok(frame) => frame.display(false).to_string(),
+                Err(DecodeError::Malformed) => "(a garbled line)".to_owned(),
+                Err(DecodeError::UnexpectedEof) => break,
+            };
+            if lines.send(line).is_err() {
+                return;
+            }
+        }
+    }
+}

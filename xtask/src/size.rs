@@ -1,0 +1,107 @@
+//! How much of the microcontroller's memory an image needs.
+
+use std::fs;
+use std::path::Path;
+
+use object::elf::FileHeader32;
+use object::read::elf::ElfFile;
+use object::{Endianness, Object, ObjectSegment};
+
+use crate::command::Failure;
+use crate::firmware::{self, IMAGES};
+
+/// Bytes of the STM32F407VG's flash.
+const FLASH: u64 = 1024 * 1024;
+/// Bytes of its RAM, without the core-coupled memory.
+const RAM: u64 = 128 * 1024;
+/// Where that RAM starts.
+const RAM_START: u64 = 0x2000_0000;
+
+/// What an image occupies, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Size {
+    /// Code, constants, and the first values of variables.
+    flash: u64,
+    /// Variables; the stack takes what is left.
+    ram: u64,
+}
+
+/// Prints the size of every image.
+pub fn print() -> Result<(), Failure> {
+    for (package, binary) in IMAGES {
+        let path = firmware::path(binary);
+        let size = of_file(&path)?;
+        println!("{package} ({binary}): {}", describe(size));
+        if size.flash > FLASH || size.ram > RAM {
+            return Err(Failure::new(
+                format!("{} does not fit the STM32F407VG", path.display()),
+                "make it smaller",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn describe(Size { flash, ram }: Size) -> String {
+    let percent = |used: u64, whole: u64| used as f64 * 100.0 / whole as f64;
+    format!(
+        "flash {flash} bytes ({:.1} % of 1 MiB), RAM {ram} bytes ({:.1} % of 128 KiB, stack apart)",
+        percent(flash, FLASH),
+        percent(ram, RAM)
+    )
+}
+
+fn of_file(path: &Path) -> Result<Size, Failure> {
+    let next = "build it with `cargo xtask firmware`";
+    let elf = fs::read(path)
+        .map_err(|error| Failure::new(format!("cannot read the image {}: {error}", path.display()), next))?;
+    of_elf(&elf).map_err(|error| Failure::new(format!("{} is no ARM image: {error}", path.display()), next))
+}
+
+/// What is loaded: flash holds every byte that the file has, RAM every byte that lies there.
+fn of_elf(elf: &[u8]) -> object::Result<Size> {
+    let elf = ElfFile::<FileHeader32<Endianness>>::parse(elf)?;
+    let mut size = Size { flash: 0, ram: 0 };
+    for segment in elf.segments() {
+        size.flash += segment.file_range().1;
+        if (RAM_START..RAM_START + RAM).contains(&segment.address()) {
+            size.ram += segment.size();
+        }
+    }
+    Ok(size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An ELF file of nothing but program headers: (address, bytes in the file, bytes in memory).
+    fn elf(segments: &[(u32, u32, u32)]) -> Vec<u8> {
+        let header: [&[u8]; 5] = [
+            b"\x7fELF\x01\x01\x01\0\0\0\0\0\0\0\0\0\x02\0\x28\0\x01\0\0\0",
+            &[0; 4],
+            &52_u32.to_le_bytes(),
+            &[0; 8],
+            b"\x34\0\x20\0",
+        ];
+        let mut elf = header.concat();
+        elf.extend([segments.len() as u8, 0, 0, 0, 0, 0, 0, 0]);
+        for &(address, file, memory) in segments {
+            for field in [1, 0, address, address, file, memory, 6, 4] {
+                elf.extend(u32::to_le_bytes(field));
+            }
+        }
+        elf
+    }
+
+    #[test]
+    fn initialised_variables_count_in_flash_and_in_ram() {
+        let elf = elf(&[(0x0800_0000, 1000, 1000), (0x2000_0000, 16, 16), (0x2000_0010, 0, 300)]);
+        assert_eq!(of_elf(&elf).unwrap(), Size { flash: 1016, ram: 316 });
+    }
+
+    #[test]
+    fn a_file_that_is_no_image_is_an_error() {
+        assert!(of_elf(b"not an ELF file").is_err());
+    }
+}

@@ -1,0 +1,111 @@
+//! The compiler for the boards' ARM core.
+//!
+//! Usually that is rustup's toolchain with the target added. Where rustup cannot fetch the target,
+//! Debian's `rustc-web` compiles the standard library's `core` from its own sources
+//! (`rust-web-src`) and then the image; rustup's toolchain still gives the linker.
+
+use std::path::{Path, PathBuf};
+
+use crate::command::{Command, Failure, cargo};
+
+/// The Cortex-M4F of the STM32F407.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Debian's packages of a recent compiler, its cargo and its library's sources.
+pub const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
+
+/// What compiles for the ARM core.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Toolchain {
+    /// Rustup's toolchain has the target.
+    Rustup,
+    /// Debian's compiler builds `core` first and links with this linker.
+    Debian {
+        /// Rustup's `rust-lld`.
+        linker: PathBuf,
+    },
+}
+
+impl Toolchain {
+    /// The toolchain that is ready to use, if there is one.
+    pub fn find() -> Result<Option<Self>, Failure> {
+        let sysroot = sysroot()?;
+        if library(&sysroot, TARGET).join("lib").is_dir() {
+            return Ok(Some(Self::Rustup));
+        }
+        let linker = linker(&sysroot)?;
+        Ok((linker.is_file() && debian_is_ready()).then_some(Self::Debian { linker }))
+    }
+
+    /// `cargo arguments`, for the ARM core.
+    pub fn cargo(&self, arguments: &str) -> Command {
+        match self {
+            Self::Rustup => cargo(arguments).words("--target").words(TARGET),
+            Self::Debian { linker } => Command::new("/usr/bin/cargo")
+                .words(arguments)
+                .words("-Zbuild-std=core,alloc --target")
+                .words(TARGET)
+                .variable("RUSTC", "/usr/bin/rustc")
+                // Building the library is an unstable feature of a stable compiler.
+                .variable("RUSTC_BOOTSTRAP", "1")
+                .variable("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker.to_string_lossy()),
+        }
+    }
+}
+
+/// Debian's compiler is installed, with its sources, and new enough for this workspace.
+fn debian_is_ready() -> bool {
+    let version = Command::new("/usr/bin/rustc").words("--version").output().ok();
+    let sources = Command::new("/usr/bin/rustc").words("--print sysroot").output().is_ok_and(|sysroot| {
+        Path::new(sysroot.trim()).join("lib/rustlib/src/rust/library/core/Cargo.toml").is_file()
+    });
+    let new_enough = version
+        .as_deref()
+        .and_then(|text| text.split_whitespace().nth(1))
+        .and_then(minor_version)
+        .zip(minor_version(env!("CARGO_PKG_RUST_VERSION")))
+        .is_some_and(|(found, needed)| found >= needed);
+    sources && new_enough && Path::new("/usr/bin/cargo").is_file()
+}
+
+/// The linker that comes with rustup's compiler.
+fn linker(sysroot: &Path) -> Result<PathBuf, Failure> {
+    let verbose = Command::new("rustc").words("-vV").output()?;
+    let host = verbose.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or_default();
+    Ok(library(sysroot, host).join("bin/rust-lld"))
+}
+
+fn sysroot() -> Result<PathBuf, Failure> {
+    Ok(PathBuf::from(Command::new("rustc").words("--print sysroot").output()?.trim()))
+}
+
+fn library(sysroot: &Path, target: &str) -> PathBuf {
+    sysroot.join("lib/rustlib").join(target)
+}
+
+/// The 95 of `1.95.0` and `1.95`; all compilers are version 1.
+fn minor_version(version: &str) -> Option<u32> {
+    version.split('.').nth(1)?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fallback_builds_core_and_links_with_rustups_linker() {
+        let toolchain = Toolchain::Debian { linker: "/toolchain/rust-lld".into() };
+        assert_eq!(
+            toolchain.cargo("build").to_string(),
+            "RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
+             CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=/toolchain/rust-lld \
+             /usr/bin/cargo build -Zbuild-std=core,alloc --target thumbv7em-none-eabihf"
+        );
+    }
+
+    #[test]
+    fn versions_are_compared_as_numbers() {
+        assert!(minor_version("1.100.0") > minor_version("1.95"));
+        assert_eq!(minor_version("nightly"), None);
+    }
+}
