@@ -13,6 +13,7 @@ use protocol::{DurationMs, EnergyJ, PileId, RobotId, TagId};
 use crate::{
     diagnostics::Diagnostics,
     document::{self, Section, number, one_of, parsed, text, whole},
+    selection::Rule,
 };
 
 /// A coordinator's configuration.
@@ -68,16 +69,6 @@ impl Default for Policy {
     fn default() -> Self {
         Self { rule: Rule::Corrected, theta: 1.0, q_threshold: 0.9, lease: DurationMs(60_000) }
     }
-}
-
-/// Which reading of LMPP's selection (eq. 9) is meant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Rule {
-    /// As printed, which reproduces the paper's tables.
-    PaperLiteral,
-    /// Chooses only among piles within reach, by the share of the charge still ahead.
-    #[default]
-    Corrected,
 }
 
 /// One robot of the fleet.

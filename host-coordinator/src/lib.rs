@@ -4,6 +4,7 @@
 //!
 //! | module | one idea |
 //! |---|---|
+//! | [`selection`] | which pile a robot should use, and why |
 //! | [`config`] | what `chargehand run` is told by its configuration file |
 //! | [`document`] | reads a TOML file and collects every mistake in it |
 //! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
@@ -11,3 +12,4 @@
 pub mod config;
 pub mod diagnostics;
 pub mod document;
+pub mod selection;
