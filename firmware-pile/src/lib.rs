@@ -1,5 +1,43 @@
 //! The charging pile: its behaviour as a pure no_std core, and the boards it runs on.
+//!
+//! A pile has one place with contacts, an RFID reader that tells which robot stands there, a
+//! contactor that makes the contacts live, and a link to the coordinator and the other piles. The
+//! core is [`ChargingPile::step`]: time and one input go in, the contactor's command and messages
+//! come out. It reads no clock, waits for nothing and allocates nothing, so the same code runs on
+//! the microcontroller, in its emulation, in the simulated site and in the tests.
+//!
+//! *A tag is read* walks through five rooms: [`reader`] finds the tag in the reader's bytes,
+//! [`pile`] takes it as an input, [`lease`] says whom the pile is granted to, [`safety`] whether
+//! the contacts may be live, and the contactor's command goes out.
+//!
+//! | module | one idea |
+//! |---|---|
+//! | [`pile`] | the core: which input concerns which room, and what is said to others |
+//! | [`lease`] | who may use the pile, and which commands are obeyed |
+//! | [`charge`] | how long a charge takes and how much of it is left (LMPP eqs. 1, 2) |
+//! | [`presence`] | which tags stand at the contacts |
+//! | [`safety`] | the one place that says whether the contacts may be live |
+//! | [`faults`] | what can break, and how it is noticed |
+//! | [`passes`] | how often robots pass, by period of the day (LMPP eqs. 4, 8) |
+//! | [`table`] | what all piles said of themselves (LMPP Figs. 1 to 3) |
+//! | [`reports`] | reports that are repeated until acknowledged |
+//! | [`clock`] | the site's time |
+//! | [`reader`] | the RFID readers |
+//! | `board` | the boards it runs on, only built for them |
 #![cfg_attr(not(test), no_std)]
 
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod board;
+pub mod charge;
+pub mod clock;
+pub mod faults;
+pub mod lease;
+pub mod passes;
+pub mod pile;
+pub mod presence;
+pub mod reader;
+pub mod reports;
+pub mod safety;
+pub mod table;
+
+pub use pile::{ChargingPile, Contactor, Input, Outgoing, Outputs, Parameters, TagRead, To};

@@ -1,0 +1,74 @@
+//! How long a charge takes and how much of it is left (LMPP eqs. 1 and 2).
+//!
+//! A pile has no meter: it allots time and counts the time for which its contacts were live.
+
+use protocol::{DurationMs, EnergyJ, Fraction};
+
+/// The planned time of a charge, t_plan (LMPP eq. 2): what the robots' batteries lack, divided by
+/// the pile's power (g_pertime), plus the adjustment `eta`.
+///
+/// `needs` are the robot on the pile and those granted it next. A pile whose power is not positive
+/// charges for no time; a result beyond [`DurationMs::MAX`] becomes that.
+#[must_use]
+pub fn planned_time(needs: impl IntoIterator<Item = EnergyJ>, power_w: f32, eta: DurationMs) -> DurationMs {
+    if power_w.is_nan() || power_w <= 0.0 {
+        return DurationMs(0);
+    }
+    let energy_j: f32 = needs.into_iter().map(EnergyJ::get).sum();
+    let charge = DurationMs::from_seconds(energy_j / power_w);
+    DurationMs::saturating(u64::from(charge.0) + u64::from(eta.0))
+}
+
+/// The share of the planned time still ahead, q (LMPP eq. 1): 1 at the start, 0 at the end, after
+/// the end, and when nothing was planned.
+#[must_use]
+pub fn remaining(planned: DurationMs, elapsed: DurationMs) -> Fraction {
+    match planned.0.checked_sub(elapsed.0) {
+        Some(ahead) if planned.0 > 0 => Fraction::clamped(ahead as f32 / planned.0 as f32),
+        _ => Fraction::MIN,
+    }
+}
+
+/// A charge under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Charge {
+    planned: DurationMs,
+    elapsed: DurationMs,
+}
+
+impl Charge {
+    /// A charge that begins now.
+    #[must_use]
+    pub const fn new(planned: DurationMs) -> Self {
+        Self { planned, elapsed: DurationMs(0) }
+    }
+
+    /// The contacts were live for `time` more.
+    pub fn advance(&mut self, time: DurationMs) {
+        self.elapsed = DurationMs::saturating(u64::from(self.elapsed.0) + u64::from(time.0));
+    }
+
+    /// t_plan.
+    #[must_use]
+    pub const fn planned(&self) -> DurationMs {
+        self.planned
+    }
+
+    /// t_fulfil: how long the contacts were live.
+    #[must_use]
+    pub const fn elapsed(&self) -> DurationMs {
+        self.elapsed
+    }
+
+    /// q, see [`remaining`].
+    #[must_use]
+    pub fn remaining(&self) -> Fraction {
+        remaining(self.planned, self.elapsed)
+    }
+
+    /// Whether the planned time was given.
+    #[must_use]
+    pub const fn is_complete(&self) -> bool {
+        self.elapsed.0 >= self.planned.0
+    }
+}

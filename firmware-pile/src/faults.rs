@@ -1,0 +1,96 @@
+//! What can break in a pile, and how it is noticed.
+//!
+//! A silent reader and a welded contactor are faults for as long as they last. A contactor that
+//! did not close stays a fault until the next start: told to open it agrees again, and nobody may
+//! close it to see.
+
+use heapless::Vec;
+use protocol::{DurationMs, FaultCode, Millis};
+
+/// A reader that has said nothing for this long is silent.
+pub const READER_TIMEOUT: DurationMs = DurationMs(5_000);
+/// A contactor has this long to do as it is told.
+pub const CONTACTOR_TIMEOUT: DurationMs = DurationMs(500);
+
+const CODES: [FaultCode; 3] =
+    [FaultCode::ReaderSilent, FaultCode::ContactorWelded, FaultCode::ContactorStuckOpen];
+
+/// The faults of a pile and the changes nobody was told of yet.
+#[derive(Clone, Debug, Default)]
+pub struct Faults {
+    reader_heard: Option<Millis>,
+    disagrees_since: Option<Millis>,
+    active: Vec<FaultCode, { CODES.len() }>,
+    untold: Vec<(FaultCode, bool), { 2 * CODES.len() }>,
+}
+
+impl Faults {
+    /// All is well.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { reader_heard: None, disagrees_since: None, active: Vec::new(), untold: Vec::new() }
+    }
+
+    /// The faults that are there now.
+    #[must_use]
+    pub fn active(&self) -> &[FaultCode] {
+        &self.active
+    }
+
+    /// The reader answered.
+    pub fn reader_answered(&mut self, now: Millis) {
+        self.reader_heard = Some(now);
+        self.set(FaultCode::ReaderSilent, false);
+    }
+
+    /// Time has passed; the reader's silence counts from the first call.
+    pub fn tick(&mut self, now: Millis) {
+        let heard = *self.reader_heard.get_or_insert(now);
+        if now.since(heard) >= READER_TIMEOUT {
+            self.set(FaultCode::ReaderSilent, true);
+        }
+    }
+
+    /// The contactor is told something else and gets its time to do it.
+    pub fn contactor_switched(&mut self) {
+        self.disagrees_since = None;
+    }
+
+    /// The contactor is found `closed`, or open, while it is told to be `told_closed`.
+    pub fn contactor_found(&mut self, now: Millis, closed: bool, told_closed: bool) {
+        if !closed {
+            self.set(FaultCode::ContactorWelded, false);
+        }
+        if closed == told_closed {
+            self.disagrees_since = None;
+        } else if now.since(*self.disagrees_since.get_or_insert(now)) >= CONTACTOR_TIMEOUT {
+            let code = if closed { FaultCode::ContactorWelded } else { FaultCode::ContactorStuckOpen };
+            self.set(code, true);
+        }
+    }
+
+    /// The next change to report, in order. A fault that comes and goes faster than it can be
+    /// reported is reported as having come and gone once.
+    pub fn take_change(&mut self) -> Option<(FaultCode, bool)> {
+        if self.untold.is_empty() { None } else { Some(self.untold.remove(0)) }
+    }
+
+    fn set(&mut self, code: FaultCode, active: bool) {
+        if self.active.contains(&code) == active {
+            return;
+        }
+        if active {
+            // It fits: every code is there at most once.
+            let _ = self.active.push(code);
+        } else {
+            self.active.retain(|&other| other != code);
+        }
+        // Changes of one fault alternate, so that the last of two and this one cancel out: at most
+        // two of each wait.
+        if self.untold.iter().filter(|(other, _)| *other == code).count() < 2 {
+            let _ = self.untold.push((code, active));
+        } else if let Some(last) = self.untold.iter().rposition(|(other, _)| *other == code) {
+            self.untold.remove(last);
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Which tags stand at the contacts.
+//!
+//! A UHF reader sees tags metres away. A tag stands at the contacts from its first read at
+//! [`RssiBand::enter_dbm`] or above until it was not read at [`RssiBand::leave_dbm`] or above for
+//! a while, so that a robot driving by in the aisle is not taken for one that docks and one lost
+//! read is not taken for a departure.
+
+use heapless::Vec;
+use protocol::{DurationMs, Millis, TagId};
+
+/// Two signal strengths with a gap between them, against flutter at a field's edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RssiBand {
+    /// A tag at least this strong has entered.
+    pub enter_dbm: i8,
+    /// A tag that has entered stays while it is at least this strong.
+    pub leave_dbm: i8,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sighting {
+    tag: TagId,
+    last: Millis,
+}
+
+/// The tags within a band, at most `N` at a time: one more takes the place of the tag that was
+/// read longest ago.
+#[derive(Clone, Debug)]
+pub struct Presence<const N: usize> {
+    band: RssiBand,
+    timeout: DurationMs,
+    present: Vec<Sighting, N>,
+}
+
+impl<const N: usize> Presence<N> {
+    /// Nobody is here. A tag is gone when it was not read for `timeout`.
+    #[must_use]
+    pub const fn new(band: RssiBand, timeout: DurationMs) -> Self {
+        Self { band, timeout, present: Vec::new() }
+    }
+
+    /// A tag was read. Answers whether it has just entered.
+    pub fn read(&mut self, now: Millis, tag: TagId, rssi_dbm: i8) -> bool {
+        self.forget_gone(now);
+        if let Some(sighting) = self.present.iter_mut().find(|sighting| sighting.tag == tag) {
+            if rssi_dbm >= self.band.leave_dbm {
+                sighting.last = now;
+            }
+            return false;
+        }
+        if rssi_dbm < self.band.enter_dbm {
+            return false;
+        }
+        if self.present.is_full() {
+            let oldest = self.present.iter().enumerate().min_by_key(|(_, sighting)| sighting.last);
+            if let Some((index, _)) = oldest {
+                self.present.swap_remove(index);
+            }
+        }
+        self.present.push(Sighting { tag, last: now }).is_ok()
+    }
+
+    /// Whether `tag` is here.
+    #[must_use]
+    pub fn contains(&self, now: Millis, tag: TagId) -> bool {
+        self.tags(now).any(|present| present == tag)
+    }
+
+    /// All tags that are here.
+    pub fn tags(&self, now: Millis) -> impl Iterator<Item = TagId> {
+        let timeout = self.timeout;
+        self.present
+            .iter()
+            .filter(move |sighting| now.since(sighting.last) < timeout)
+            .map(|sighting| sighting.tag)
+    }
+
+    fn forget_gone(&mut self, now: Millis) {
+        self.present.retain(|sighting| now.since(sighting.last) < self.timeout);
+    }
+}

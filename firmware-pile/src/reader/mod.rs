@@ -1,0 +1,3 @@
+//! The RFID readers.
+
+pub mod r200;

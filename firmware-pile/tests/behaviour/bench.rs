@@ -1,0 +1,157 @@
+//! A pile on a bench: what the tests say to it and what it answers.
+
+use firmware_pile::{ChargingPile, Contactor, Input, Outputs, Parameters, TagRead, To};
+use protocol::*;
+
+/// The site's clock shows this when the pile starts.
+pub const SITE_AT_START: u64 = 1_000_000;
+
+/// A pile and its clock.
+pub struct Bench {
+    /// The pile.
+    pub pile: ChargingPile,
+    /// The pile's time.
+    pub now: Millis,
+    /// Everything it ever sent to the coordinator.
+    pub sent: Vec<Message>,
+    /// Everything it ever sent to the other piles.
+    pub gossip: Vec<Message>,
+    /// The tag that stands before the reader.
+    pub standing: Option<(TagId, i8)>,
+    /// Whether the coordinator answers reports and questions for the time.
+    pub coordinator: bool,
+    next_command: u32,
+}
+
+impl Bench {
+    /// A pile of 100 W without adjustment, so that 1 kJ takes 10 s.
+    pub fn new() -> Self {
+        Self::with(Parameters { eta: DurationMs(0), ..Parameters::new(PileId(1), 100.0) })
+    }
+
+    /// A pile with these parameters, its clock set.
+    pub fn with(parameters: Parameters) -> Self {
+        let mut bench = Self {
+            pile: ChargingPile::new(parameters),
+            now: Millis(0),
+            sent: Vec::new(),
+            gossip: Vec::new(),
+            standing: None,
+            coordinator: true,
+            next_command: 0,
+        };
+        bench.wait(100);
+        bench
+    }
+
+    /// One step at the present time; a present coordinator answers at once.
+    pub fn step(&mut self, input: Input<'_>) -> Outputs {
+        let outputs = self.pile.step(self.now, input);
+        for outgoing in &outputs.messages {
+            match outgoing.to {
+                To::Coordinator => self.sent.push(outgoing.message.clone()),
+                To::Peers => self.gossip.push(outgoing.message.clone()),
+            }
+        }
+        if self.coordinator {
+            for outgoing in &outputs.messages {
+                match &outgoing.message {
+                    Message::TimeRequest(request) => {
+                        let sync = TimeSync { asked_at: request.asked_at, site_now: self.site_now() };
+                        self.hear(Message::TimeSync(sync));
+                    }
+                    Message::PassReport(report) => self.acknowledge(report.report),
+                    Message::Fault(fault) => self.acknowledge(fault.report),
+                    _ => {}
+                }
+            }
+        }
+        outputs
+    }
+
+    /// Lets time pass in steps of 100 ms in which the reader sees what stands there.
+    pub fn wait(&mut self, ms: u64) {
+        for _ in 0..ms.div_ceil(100) {
+            self.now.0 += 100;
+            match self.standing {
+                Some((tag, rssi_dbm)) => self.step(Input::Tag(TagRead { tag, rssi_dbm })),
+                None => self.step(Input::ReaderIdle),
+            };
+            self.step(Input::Tick);
+        }
+    }
+
+    /// The site's time.
+    pub fn site_now(&self) -> SiteMillis {
+        SiteMillis(SITE_AT_START + self.now.0)
+    }
+
+    /// The coordinator says something.
+    pub fn hear(&mut self, message: Message) -> Outputs {
+        let header = Header::new(DeviceId::Coordinator, BootEpoch(1), Sequence(0));
+        self.step(Input::Frame(&Frame { header, message }))
+    }
+
+    /// Puts a command into the world that is valid for 5 s.
+    pub fn head(&mut self) -> CommandHead {
+        self.next_command += 1;
+        CommandHead {
+            id: CommandId(self.next_command),
+            valid_until: self.site_now().after(DurationMs(5_000)),
+        }
+    }
+
+    /// A grant of `energy_j` to `robot`, whose tag has its number, for 60 s.
+    pub fn grant(&mut self, epoch: u32, lease: u32, robot: u16, energy_j: f32) -> Grant {
+        Grant {
+            head: self.head(),
+            lease: LeaseRef { epoch: Epoch(epoch), lease: LeaseId(lease), robot: RobotId(robot) },
+            tag: tag(robot),
+            expiry: self.site_now().after(DurationMs(60_000)),
+            energy: EnergyJ::new(energy_j).unwrap(),
+        }
+    }
+
+    /// Sends a grant and gives the pile's answer.
+    pub fn send(&mut self, grant: Grant) -> Message {
+        self.hear(Message::Grant(grant)).messages[0].message.clone()
+    }
+
+    /// Whether the contacts are live after a tick.
+    pub fn live(&mut self) -> bool {
+        self.step(Input::Tick).contactor == Contactor::Closed
+    }
+
+    /// The reports of passes so far, added up: tag, period, passes.
+    pub fn passes_of(&self, tag: TagId) -> u32 {
+        let reports = self.sent.iter().filter_map(|message| match message {
+            Message::PassReport(report) => Some(report),
+            _ => None,
+        });
+        reports
+            .flat_map(|report| &report.passes)
+            .filter(|count| count.tag == tag)
+            .map(|count| count.passes)
+            .sum()
+    }
+
+    fn acknowledge(&mut self, report: ReportId) {
+        self.hear(Message::Ack(Ack { of: Reference::Report(report) }));
+    }
+}
+
+/// The tag of `robot`.
+pub fn tag(robot: u16) -> TagId {
+    let [high, low] = robot.to_be_bytes();
+    TagId([0xE2, 0, 0, 0, 0, 0, 0, 0, 0, 0, high, low])
+}
+
+/// The answer to a command that was obeyed.
+pub fn ack(grant: &Grant) -> Message {
+    Message::Ack(Ack { of: Reference::Command(grant.head.id) })
+}
+
+/// The answer to a command that was refused.
+pub fn nack(grant: &Grant, reason: NackReason) -> Message {
+    Message::Nack(Nack { of: Reference::Command(grant.head.id), reason })
+}

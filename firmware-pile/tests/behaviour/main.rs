@@ -1,0 +1,8 @@
+//! The pile as the world sees it: inputs and the passing of time go in, commands and messages
+//! come out.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod bench;
+mod charging;
+mod leases;
+mod passing;
