@@ -8,8 +8,10 @@
 //! | [`config`] | what `chargehand run` is told by its configuration file |
 //! | [`document`] | reads a TOML file and collects every mistake in it |
 //! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
+//! | [`ui`] | the dashboard's page and its files |
 
 pub mod config;
 pub mod diagnostics;
 pub mod document;
 pub mod selection;
+pub mod ui;
