@@ -9,9 +9,14 @@
 //! | [`document`] | reads a TOML file and collects every mistake in it |
 //! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
 //! | [`ui`] | the dashboard's page and its files |
+//! | [`simulate`] | a whole site on loopback: the real pile cores, simulated robots |
 
 pub mod config;
 pub mod diagnostics;
 pub mod document;
 pub mod selection;
+<<<<<<< Updated upstream
 pub mod ui;
+=======
+>>>>>>> Stashed changes
+pub mod simulate;

@@ -1,0 +1,233 @@
+//! Watches that no pile ever has two holders, from outside.
+//!
+//! The auditor believes nobody: at every step it compares what the pile cores say and do with who
+//! really stands on their contacts and with the coordinator's leases. A site that is well has an
+//! empty list of [`Violation`]s.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+};
+
+use protocol::{DurationMs, LeaseId, LeaseRef, Millis, PileId, PileState, RobotId};
+
+/// How long pile and coordinator may disagree about a holder: news need time to travel.
+const NEWS: DurationMs = DurationMs(5_000);
+
+/// One pile at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sight {
+    /// What its core said last.
+    pub said: PileState,
+    /// Whether its contactor is closed.
+    pub closed: bool,
+    /// Who stands on its contacts.
+    pub at_contacts: Vec<RobotId>,
+    /// Whom the coordinator holds to be its holder.
+    pub granted: Option<RobotId>,
+}
+
+/// A pile, or a robot, that was given twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Violation {
+    /// The pile gave energy to a robot that does not hold its lease.
+    WrongRobot {
+        /// Which pile.
+        pile: PileId,
+        /// Who stood on its contacts.
+        robot: RobotId,
+    },
+    /// The pile took a new lease while it held another.
+    Replaced {
+        /// Which pile.
+        pile: PileId,
+        /// The lease that never ended.
+        lease: LeaseId,
+    },
+    /// One robot held two piles.
+    TwoPiles {
+        /// Which robot.
+        robot: RobotId,
+        /// One pile.
+        one: PileId,
+        /// The other.
+        other: PileId,
+    },
+    /// The coordinator gave the pile to somebody while it was held by another.
+    Disputed {
+        /// Which pile.
+        pile: PileId,
+        /// Who held it.
+        holder: RobotId,
+        /// Whom the coordinator had given it to.
+        granted: RobotId,
+    },
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WrongRobot { pile, robot } => {
+                write!(f, "pile {pile} gave energy to robot {robot}, which does not hold its lease")
+            }
+            Self::Replaced { pile, lease } => {
+                write!(f, "pile {pile} took a new lease before lease {lease} had ended")
+            }
+            Self::TwoPiles { robot, one, other } => write!(f, "robot {robot} held piles {one} and {other}"),
+            Self::Disputed { pile, holder, granted } => {
+                write!(f, "pile {pile} was given to robot {granted} while robot {holder} held it")
+            }
+        }
+    }
+}
+
+/// What the auditor remembers.
+#[derive(Clone, Debug, Default)]
+pub struct Auditor {
+    holders: BTreeMap<PileId, LeaseRef>,
+    disputed_since: BTreeMap<PileId, Millis>,
+    violations: BTreeSet<(LeaseId, Violation)>,
+}
+
+impl Auditor {
+    /// Looks at all piles at once. The same violation under the same lease counts once.
+    pub fn look(&mut self, now: Millis, sights: &BTreeMap<PileId, Sight>) {
+        let mut holdings: BTreeMap<RobotId, PileId> = BTreeMap::new();
+        for (&pile, sight) in sights {
+            let holder = sight.said.holder;
+            self.check_contacts(pile, sight);
+            self.check_replaced(pile, sight);
+            self.check_disputed(now, pile, sight);
+            if let Some(holder) = holder
+                && let Some(one) = holdings.insert(holder.robot, pile)
+            {
+                self.note(holder, Violation::TwoPiles { robot: holder.robot, one, other: pile });
+            }
+        }
+    }
+
+    /// What was found, in the order of the leases.
+    pub fn violations(&self) -> impl Iterator<Item = &Violation> {
+        self.violations.iter().map(|(_, violation)| violation)
+    }
+
+    fn note(&mut self, lease: LeaseRef, violation: Violation) {
+        self.violations.insert((lease.lease, violation));
+    }
+
+    fn check_contacts(&mut self, pile: PileId, sight: &Sight) {
+        if !sight.closed {
+            return;
+        }
+        for &robot in &sight.at_contacts {
+            if sight.said.holder.is_none_or(|holder| holder.robot != robot) {
+                let lease = sight.said.holder.map_or_else(LeaseId::default, |holder| holder.lease);
+                self.violations.insert((lease, Violation::WrongRobot { pile, robot }));
+            }
+        }
+    }
+
+    fn check_replaced(&mut self, pile: PileId, sight: &Sight) {
+        let before = match sight.said.holder {
+            Some(holder) => self.holders.insert(pile, holder),
+            None => self.holders.remove(&pile),
+        };
+        if let (Some(before), Some(holder)) = (before, sight.said.holder) {
+            let ended = sight.said.ended.is_some_and(|ended| ended.lease.lease == before.lease);
+            if before.lease != holder.lease && !ended {
+                self.note(before, Violation::Replaced { pile, lease: before.lease });
+            }
+        }
+    }
+
+    fn check_disputed(&mut self, now: Millis, pile: PileId, sight: &Sight) {
+        match (sight.said.holder, sight.granted) {
+            (Some(holder), Some(granted)) if holder.robot != granted => {
+                let since = *self.disputed_since.entry(pile).or_insert(now);
+                if now.since(since) >= NEWS {
+                    self.note(holder, Violation::Disputed { pile, holder: holder.robot, granted });
+                }
+            }
+            _ => {
+                self.disputed_since.remove(&pile);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::{Availability, BootEpoch, EndReason, EndedLease, Epoch, Fraction, PileRow};
+
+    use super::*;
+
+    const PILE: PileId = PileId(3);
+
+    fn lease(lease: u32, robot: u16) -> LeaseRef {
+        LeaseRef { epoch: Epoch(1), lease: LeaseId(lease), robot: RobotId(robot) }
+    }
+
+    fn sight(holder: Option<LeaseRef>) -> Sight {
+        let row = PileRow {
+            pile: PILE,
+            boot: BootEpoch(1),
+            version: 1,
+            stamp: None,
+            availability: Availability::Reserved,
+            remaining: Fraction::MIN,
+            planned: DurationMs(0),
+        };
+        let said = PileState { row, elapsed: DurationMs(0), holder, energised: false, ended: None };
+        Sight { said, closed: false, at_contacts: Vec::new(), granted: holder.map(|holder| holder.robot) }
+    }
+
+    fn found(looks: impl IntoIterator<Item = (u64, Vec<(PileId, Sight)>)>) -> Vec<Violation> {
+        let mut auditor = Auditor::default();
+        for (now, sights) in looks {
+            auditor.look(Millis(now), &sights.into_iter().collect());
+        }
+        auditor.violations().copied().collect()
+    }
+
+    #[test]
+    fn a_charge_of_the_holder_and_its_orderly_end_are_fine() {
+        let holder = lease(1, 7);
+        let charging = Sight { closed: true, at_contacts: vec![RobotId(7)], ..sight(Some(holder)) };
+        let mut next = sight(Some(lease(2, 8)));
+        next.said.ended =
+            Some(EndedLease { lease: holder, reason: EndReason::Completed, charged: DurationMs(1) });
+        assert_eq!(found([(0, vec![(PILE, charging)]), (1, vec![(PILE, next)])]), []);
+    }
+
+    #[test]
+    fn energy_for_a_robot_without_the_lease_is_found() {
+        let stranger = Sight { closed: true, at_contacts: vec![RobotId(8)], ..sight(Some(lease(1, 7))) };
+        let nobody = Sight { closed: true, at_contacts: vec![RobotId(9)], ..sight(None) };
+        let robot = |robot| Violation::WrongRobot { pile: PILE, robot: RobotId(robot) };
+        assert_eq!(found([(0, vec![(PILE, stranger)]), (1, vec![(PILE, nobody)])]), [robot(9), robot(8)]);
+    }
+
+    #[test]
+    fn a_lease_that_replaces_another_is_found() {
+        let looks =
+            [(0, vec![(PILE, sight(Some(lease(1, 7))))]), (1, vec![(PILE, sight(Some(lease(2, 8))))])];
+        assert_eq!(found(looks), [Violation::Replaced { pile: PILE, lease: LeaseId(1) }]);
+    }
+
+    #[test]
+    fn a_robot_with_two_piles_is_found() {
+        let sights = vec![(PILE, sight(Some(lease(1, 7)))), (PileId(4), sight(Some(lease(2, 7))))];
+        let expected = Violation::TwoPiles { robot: RobotId(7), one: PILE, other: PileId(4) };
+        assert_eq!(found([(0, sights)]), [expected]);
+    }
+
+    #[test]
+    fn a_coordinator_that_gives_a_held_pile_away_is_found_unless_it_is_only_late_news() {
+        let disputed = || Sight { granted: Some(RobotId(8)), ..sight(Some(lease(1, 7))) };
+        let late = [(0, vec![(PILE, disputed())]), (4_000, vec![(PILE, sight(Some(lease(1, 7))))])];
+        assert_eq!(found(late), []);
+        let lasting = [(0, vec![(PILE, disputed())]), (5_000, vec![(PILE, disputed())])];
+        let expected = Violation::Disputed { pile: PILE, holder: RobotId(7), granted: RobotId(8) };
+        assert_eq!(found(lasting), [expected]);
+    }
+}

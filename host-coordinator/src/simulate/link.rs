@@ -1,0 +1,63 @@
+//! A simulated device's end of the wire: a UDP socket, frames out of and into datagrams.
+
+use std::{
+    io,
+    net::{Ipv4Addr, SocketAddr},
+};
+
+use protocol::{BootEpoch, Deframer, DeviceId, Frame, FrameWriter, Message, limits};
+use tokio::net::UdpSocket;
+
+/// More frames than this in one step are left for the next.
+const FRAMES_PER_STEP: usize = 64;
+
+/// A device's own socket on loopback.
+#[derive(Debug)]
+pub struct Link {
+    socket: UdpSocket,
+    writer: FrameWriter,
+}
+
+impl Link {
+    /// A link of `device`, in its first start, at a free port.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub async fn bind(device: DeviceId) -> io::Result<Self> {
+        let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).await?;
+        Ok(Self { socket, writer: FrameWriter::new(device, BootEpoch(1)) })
+    }
+
+    /// Where the device can be reached.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.socket.local_addr()
+    }
+
+    /// Sends one frame to each of `to`. Like any datagram it may be lost; whoever sent it repeats
+    /// what matters.
+    pub fn send(&mut self, message: Message, to: impl IntoIterator<Item = SocketAddr>) {
+        // `limits` proves that every message fits.
+        let Ok(bytes) = self.writer.write(message) else { return };
+        for address in to {
+            if let Err(error) = self.socket.try_send_to(&bytes, address) {
+                tracing::debug!(%address, %error, "a datagram was not sent");
+            }
+        }
+    }
+
+    /// The frames that have come; what is none is dropped.
+    pub fn received(&self) -> Vec<Frame> {
+        let mut frames = Vec::new();
+        let mut datagram = [0; 2 * limits::FRAME];
+        while frames.len() < FRAMES_PER_STEP {
+            // Nothing more, or an error that loopback reports for a peer that is gone.
+            let Ok((length, _)) = self.socket.try_recv_from(&mut datagram) else { break };
+            let bytes = datagram.get(..length).unwrap_or_default();
+            Deframer::new().feed(bytes, |frame| frames.extend(frame.ok()));
+        }
+        frames
+    }
+}
