@@ -15,8 +15,5 @@ pub mod config;
 pub mod diagnostics;
 pub mod document;
 pub mod selection;
-<<<<<<< Updated upstream
-pub mod ui;
-=======
->>>>>>> Stashed changes
 pub mod simulate;
+pub mod ui;
