@@ -1,18 +1,22 @@
 //! Finds frames in a stream of bytes, whatever else is in it.
 //!
 //! After any error everything up to the next delimiter is discarded, so that noise costs the frame
-//! it hits and never the next one. Memory is one frame; work is constant for each byte, and linear
-//! in the frame at a delimiter.
+//! it hits and never the next one: even where a frame's last delimiter is lost, the next frame's
+//! first one ends it. Memory is one frame; work is constant for each byte, and linear in the frame
+//! at a delimiter.
+
+use heapless::Vec;
 
 use crate::{
     error::FrameError,
-    frame::{DELIMITER, Frame, FrameBytes},
+    frame::{DELIMITER, Frame},
+    limits,
 };
 
 /// Collects bytes until a delimiter, then reads them as a frame.
 #[derive(Clone, Debug, Default)]
 pub struct Deframer {
-    between: FrameBytes,
+    between: Vec<u8, { limits::ENCODED }>,
     oversize: bool,
 }
 
@@ -20,7 +24,7 @@ impl Deframer {
     /// A deframer that has seen nothing.
     #[must_use]
     pub const fn new() -> Self {
-        Self { between: FrameBytes::new(), oversize: false }
+        Self { between: Vec::new(), oversize: false }
     }
 
     /// Takes one byte; answers when it completes a frame, or what is none.

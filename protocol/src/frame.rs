@@ -8,6 +8,10 @@
 //! ```
 //! All numbers are little-endian. The CRC-32 (ISO-HDLC, as in Ethernet) covers header and body.
 //! The header is frozen: every version starts with it.
+//!
+//! One message has several encodings, as COBS and postcard's varints can be written longer than
+//! needed. That is harmless: the CRC covers the bytes that were sent, and nothing compares messages
+//! by their bytes. [`Frame::encode`] writes the shortest.
 
 use heapless::Vec;
 
@@ -110,7 +114,8 @@ impl Frame {
         Ok(bytes)
     }
 
-    /// Reads what stood between two delimiters, undoing COBS in place.
+    /// Reads what stood between two delimiters, undoing COBS in place. Of a version that is not
+    /// spoken here it reads a `Hello`, whatever that version has added behind, and nothing else.
     ///
     /// # Errors
     /// [`FrameError`] says what is wrong with it.
@@ -122,19 +127,16 @@ impl Frame {
         if CRC.checksum(content) != u32::from_le_bytes(*check) {
             return Err(FrameError::Crc);
         }
-        let header = Header::from_bytes(*header)?;
-        let message = match postcard::take_from_bytes(body) {
-            Ok((message, [])) => message,
-            _ if !(version::MIN..=version::CURRENT).contains(&header.version) => {
-                return Err(FrameError::Version { version: header.version });
-            }
-            _ => return Err(FrameError::Body),
-        };
-        let spoken = (version::MIN..=version::CURRENT).contains(&header.version);
-        if spoken || matches!(message, Message::Hello(_)) {
-            Ok(Self { header, message })
-        } else {
-            Err(FrameError::Version { version: header.version })
+        let &[version, ..] = header;
+        let spoken = version::OURS.contains(version);
+        // Nothing else can be said of a version that nobody here knows.
+        let unreadable = |error| if spoken { error } else { FrameError::Version { version } };
+        let header = Header::from_bytes(*header).map_err(unreadable)?;
+        match postcard::take_from_bytes(body) {
+            Ok((message, [])) if spoken => Ok(Self { header, message }),
+            // Frozen: a later version may add to it, but only behind.
+            Ok((message @ Message::Hello(_), _)) if !spoken => Ok(Self { header, message }),
+            _ => Err(unreadable(FrameError::Body)),
         }
     }
 }

@@ -6,6 +6,8 @@ use core::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
+use crate::max_size::MaxSize;
+
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident($inner:ty);)*) => {$(
         $(#[$doc])*
@@ -13,6 +15,10 @@ macro_rules! ids {
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[serde(transparent)]
         pub struct $name(pub $inner);
+
+        impl MaxSize for $name {
+            const MAX_SIZE: usize = <$inner>::MAX_SIZE;
+        }
 
         impl fmt::Display for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -49,6 +55,10 @@ ids! {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(transparent)]
 pub struct TagId(pub [u8; 12]);
+
+impl MaxSize for TagId {
+    const MAX_SIZE: usize = <[u8; 12]>::MAX_SIZE;
+}
 
 impl fmt::Display for TagId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -5,7 +5,10 @@
 //! same code runs on the pile's microcontroller and in the coordinator.
 //!
 //! ```text
-//!  0x00 | COBS( header 12 bytes | postcard body | CRC-32 ) | 0x00
+//!  0x00 | COBS( packet ) | 0x00
+//!
+//!  packet   0        1      2        4            8          12      n-4
+//!           version  kind   number   boot epoch   sequence   body    CRC-32
 //! ```
 //!
 //! | module | one idea |
@@ -16,7 +19,8 @@
 //! | [`frame`] | header, CRC and COBS around a message |
 //! | [`deframer`] | finds frames in a stream of bytes, whatever else is in it |
 //! | [`version`] | which protocol versions two devices can speak |
-//! | [`limits`] | the largest size of everything, computed at compile time |
+//! | [`max_size`] | how large a message can get, computed from its parts |
+//! | [`limits`] | the sizes of everything else, and the intervals |
 //! | [`error`] | what can be wrong with bytes from a wire |
 //!
 //! ```
@@ -32,13 +36,50 @@
 //! assert_eq!(received, [Ok(Frame { header, message })]);
 //! # Ok::<(), protocol::EncodeError>(())
 //! ```
-#![cfg_attr(not(test), no_std)]
+//!
+//! # Sizing
+//! All sizes are computed at compile time; a test keeps these tables true. The largest body of every
+//! message, ordinal included, and what that makes of a frame:
+//!
+//! | message | bytes |
+//! |---|---|
+//! | `Hello` | 11 |
+//! | `PileState` | 71 |
+//! | `PileTable` | 242 |
+//! | `Grant` | 47 |
+//! | `Revoke` | 25 |
+//! | `PassReport` | 167 |
+//! | `TimeRequest` | 7 |
+//! | `TimeSync` | 13 |
+//! | `Ack` | 7 |
+//! | `Nack` | 21 |
+//! | `Fault` | 8 |
+//! | `RobotState` | 20 |
+//! | `ChargeRequest` | 18 |
+//! | `Assignment` | 208 |
+//! | `Unassigned` | 7 |
+//!
+//! | part | bytes |
+//! |---|---|
+//! | header | 12 |
+//! | largest body | 242 |
+//! | check | 4 |
+//! | largest packet | 258 |
+//! | largest frame | 262 |
+//!
+//! A [`Deframer`] holds one frame and nothing else; encoding takes a packet and a frame of stack.
+//!
+//! # Compatibility
+//! The rules are in [`version`]; `tests/versioning/` keeps the bytes of every message. For writing a
+//! client, also in another language, see the book's page on the wire protocol.
+#![no_std]
 
 pub mod deframer;
 pub mod error;
 pub mod frame;
 pub mod ids;
 pub mod limits;
+pub mod max_size;
 pub mod message;
 pub mod units;
 pub mod version;
@@ -47,5 +88,11 @@ pub use deframer::Deframer;
 pub use error::{EncodeError, FrameError};
 pub use frame::{Frame, FrameBytes, FrameWriter, Header};
 pub use ids::*;
+pub use max_size::MaxSize;
 pub use message::*;
 pub use units::*;
+
+/// The book's page is kept true: its examples are compiled and run with the crate's.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/protocol.md")]
+struct WireProtocolPage;

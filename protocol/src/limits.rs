@@ -1,6 +1,9 @@
 //! The largest size of everything, and the protocol's intervals.
+//!
+//! Nothing here is a guess: how many rows fit a message is chosen, and every size follows from it
+//! by [`MaxSize`]. A test compares the sizes with those printed in the [crate's docs](crate).
 
-use crate::units::DurationMs;
+use crate::{max_size::MaxSize, message::Message, units::DurationMs};
 
 /// Rows of the pile table in one frame.
 pub const ROWS_PER_TABLE: usize = 8;
@@ -14,11 +17,13 @@ pub const HEADER: usize = 12;
 /// Bytes of a frame's CRC-32.
 pub const CHECK: usize = 4;
 /// Bytes of the largest message body.
-pub const BODY: usize = 320;
+pub const BODY: usize = Message::MAX_SIZE;
 /// Bytes of a frame before COBS.
 pub const PACKET: usize = HEADER + BODY + CHECK;
-/// Bytes of a frame on the wire: COBS adds one byte in 254 and one, the delimiters two.
-pub const FRAME: usize = PACKET + PACKET / 254 + 1 + 2;
+/// Bytes between two delimiters: COBS adds one, and one for each 254 bytes.
+pub const ENCODED: usize = PACKET + PACKET / 254 + 1;
+/// Bytes of a frame on the wire, both delimiters included.
+pub const FRAME: usize = ENCODED + 2;
 
 /// A device that has said nothing else reports its state this often.
 pub const STATE_INTERVAL: DurationMs = DurationMs(1_000);
@@ -26,3 +31,8 @@ pub const STATE_INTERVAL: DurationMs = DurationMs(1_000);
 pub const SILENCE: DurationMs = DurationMs(10_000);
 /// A command or report without an answer is repeated this often.
 pub const REPEAT_INTERVAL: DurationMs = DurationMs(1_000);
+
+// Every IPv4 host takes datagrams of 576 bytes; IP takes up to 60 of them and UDP 8.
+const _: () = assert!(FRAME <= 576 - 60 - 8, "a frame must fit one UDP datagram on every network");
+// 115200 baud carry 11520 bytes a second; a device must get its largest frame through in a tenth.
+const _: () = assert!(FRAME <= 11_520 / 10, "a frame must not block a serial line for over 100 ms");

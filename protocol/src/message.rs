@@ -4,15 +4,15 @@
 //! |---|---|---|---|
 //! | [`Hello`] | anyone | anyone | `Hello`, if the other side starts it |
 //! | [`PileState`] | pile | coordinator | nothing: it is repeated |
-//! | [`PileTable`] | pile | piles, robots | nothing: gossip |
+//! | [`PileTable`] | pile, coordinator | piles, robots | nothing: gossip |
 //! | [`Grant`], [`Revoke`] | coordinator | pile | [`Ack`] or [`Nack`] |
 //! | [`PassReport`], [`Fault`] | pile | coordinator | `Ack` |
 //! | [`TimeRequest`] | pile, robot | coordinator | [`TimeSync`] |
 //! | [`RobotState`] | robot | coordinator | nothing: it is repeated |
 //! | [`ChargeRequest`] | robot | coordinator | [`Assignment`] or [`Unassigned`] |
 //!
-//! The order of variants and fields is the wire format: append variants at the end, never reorder,
-//! never add a field without a new protocol version.
+//! The order of variants and fields is the wire format: see [`version`](crate::version) for what a
+//! new version may change.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -97,7 +97,8 @@ pub struct Assignment {
     pub waypoints: Vec<Position, { limits::WAYPOINTS_PER_PART }>,
 }
 
-/// The first message of a device after its start, and its answer. Its layout is frozen.
+/// The first message of a device after its start, and its answer. Its layout is frozen, so that
+/// two devices can say which versions they speak before they know which both speak.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Hello {

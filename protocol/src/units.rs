@@ -1,11 +1,14 @@
 //! Physical quantities and times.
 //!
 //! A quantity outside its range cannot be built, and so cannot be decoded: NaN, infinities and
-//! nonsense from a wire are errors, never states.
+//! nonsense from a wire are errors, never states. Times are plain numbers to calculate with; one
+//! beyond its range, such as a "never", is sent as the largest, so that what is sent can be read.
 
 use core::fmt;
 
-use serde::{Deserialize, Deserializer, Serialize, de};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use crate::max_size::{MaxSize, varint};
 
 /// A number that is no value of its quantity.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -60,6 +63,10 @@ macro_rules! quantities {
             }
         }
 
+        impl MaxSize for $name {
+            const MAX_SIZE: usize = f32::MAX_SIZE;
+        }
+
         impl<'de> Deserialize<'de> for $name {
             fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
                 Self::new(f32::deserialize(deserializer)?).map_err(de::Error::custom)
@@ -86,14 +93,23 @@ quantities! {
 macro_rules! times {
     ($($(#[$doc:meta])* $name:ident($inner:ty), 0..=$max:literal, $label:literal;)*) => {$(
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        #[serde(transparent)]
         pub struct $name(pub $inner);
 
         impl $name {
-            /// The largest value that is accepted from a wire.
+            /// The largest value that goes over a wire.
             pub const MAX: Self = Self($max);
+        }
+
+        impl MaxSize for $name {
+            const MAX_SIZE: usize = varint($max);
+        }
+
+        impl Serialize for $name {
+            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                (*self).min(Self::MAX).0.serialize(serializer)
+            }
         }
 
         impl<'de> Deserialize<'de> for $name {

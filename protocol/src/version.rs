@@ -1,8 +1,16 @@
 //! Which protocol versions two devices can speak.
 //!
-//! A device speaks every version from its `MIN` to its `CURRENT` and says so in
-//! [`Hello`](crate::Hello), whose layout, like that of the frame's header, never changes. Within a
-//! version enums are append-only and `tests/versioning/` holds the bytes of every message.
+//! A device speaks every version from its [`MIN`] to its [`CURRENT`] and says so in
+//! [`Hello`](crate::Hello); two devices use the newest that both speak.
+//!
+//! - The frame's header and `Hello`, which is the message with ordinal 0, are frozen. A `Hello` is
+//!   understood whatever its frame's version; a later version may add to it, but only behind.
+//! - Of a version that is not spoken here nothing but a `Hello` is decoded.
+//! - A released version never changes. A new one may append variants to enums; it never reorders
+//!   them and never touches the fields of what is there. A message that needs another field becomes
+//!   a new variant, and the old one stays as long as `MIN` reaches back to it.
+//! - What a version added is kept as bytes in `tests/versioning/vNN.rs`, which is never edited once
+//!   the version is released.
 
 /// The oldest version this code speaks.
 pub const MIN: u8 = 1;
@@ -17,6 +25,14 @@ pub struct Range {
     pub min: u8,
     /// The newest.
     pub current: u8,
+}
+
+impl Range {
+    /// Whether `version` is one of them.
+    #[must_use]
+    pub const fn contains(self, version: u8) -> bool {
+        self.min <= version && version <= self.current
+    }
 }
 
 /// What this code speaks.

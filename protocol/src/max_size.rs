@@ -1,0 +1,157 @@
+//! How large a message can get, computed from its parts.
+//!
+//! Every type on the wire has a [`MaxSize`]. Those of the messages are summed up below from lists of
+//! their fields and variants. Each list is checked against its type by a pattern without `..`: who
+//! adds a field or a variant and forgets it here gets a compiler error, not a frame that is too
+//! large. That the sums are exact is tested with the largest value of every message.
+
+use heapless::Vec;
+
+#[allow(clippy::wildcard_imports, reason = "this is a table of all of them")]
+use crate::message::*;
+
+/// A type with a largest postcard encoding.
+pub trait MaxSize {
+    /// Bytes of that encoding.
+    const MAX_SIZE: usize;
+}
+
+/// Bytes of `value` as a postcard varint: seven bits a byte.
+#[must_use]
+pub const fn varint(value: u64) -> usize {
+    // Zero takes a byte too.
+    (u64::BITS - (value | 1).leading_zeros()).div_ceil(7) as usize
+}
+
+macro_rules! primitives {
+    ($($type:ty: $size:expr;)*) => {$(
+        impl MaxSize for $type {
+            const MAX_SIZE: usize = $size;
+        }
+    )*};
+}
+
+primitives! {
+    bool: 1;
+    u8: 1;
+    u16: varint(u16::MAX as u64);
+    u32: varint(u32::MAX as u64);
+    f32: 4;
+}
+
+impl<T: MaxSize, const N: usize> MaxSize for [T; N] {
+    const MAX_SIZE: usize = N * T::MAX_SIZE;
+}
+
+impl<T: MaxSize> MaxSize for Option<T> {
+    const MAX_SIZE: usize = 1 + T::MAX_SIZE;
+}
+
+impl<T: MaxSize, const N: usize> MaxSize for Vec<T, N> {
+    const MAX_SIZE: usize = varint(N as u64) + N * T::MAX_SIZE;
+}
+
+/// The size of the part that `_part` finds, whose type the compiler infers.
+const fn of<Whole, Part: MaxSize>(_part: fn(&Whole) -> Option<&Part>) -> usize {
+    Part::MAX_SIZE
+}
+
+const fn largest(sizes: &[usize]) -> usize {
+    match sizes {
+        [] => 0,
+        [first, rest @ ..] => {
+            let rest = largest(rest);
+            if *first > rest { *first } else { rest }
+        }
+    }
+}
+
+/// A struct takes the sum of its fields.
+macro_rules! structs {
+    ($($name:ident { $($field:ident),* })*) => {$(
+        impl MaxSize for $name {
+            const MAX_SIZE: usize = {
+                let _complete: fn(&Self) = |$name { $($field: _),* }| ();
+                0 $(+ of(|whole: &Self| Some(&whole.$field)))*
+            };
+        }
+    )*};
+}
+
+/// An enum takes its ordinal and the largest of its variants. A variant's fields are listed like a
+/// struct's; the one of a tuple variant is called `0`.
+macro_rules! enums {
+    ($($name:ident { $($variant:ident $({ $($field:tt),* })?),* })*) => {$(
+        impl MaxSize for $name {
+            const MAX_SIZE: usize = {
+                let _complete: fn(&Self) = |whole| match whole {
+                    $($name::$variant { $($($field: _),*)? } => (),)*
+                };
+                let variants = [$(0 $($(+ of(|whole: &Self| match whole {
+                    $name::$variant { $field: part } => Some(part),
+                    _ => None,
+                }))*)?),*];
+                varint(variants.len() as u64 - 1) + largest(&variants)
+            };
+        }
+    )*};
+}
+
+enums! {
+    Message {
+        Hello { 0 },
+        PileState { 0 },
+        PileTable { 0 },
+        Grant { 0 },
+        Revoke { 0 },
+        PassReport { 0 },
+        TimeRequest { 0 },
+        TimeSync { 0 },
+        Ack { 0 },
+        Nack { 0 },
+        Fault { 0 },
+        RobotState { 0 },
+        ChargeRequest { 0 },
+        Assignment { 0 },
+        Unassigned { 0 }
+    }
+    Availability { Free, Reserved, Charging, Done, Fault }
+    EndReason { Completed, Expired, Revoked, RobotLeft, Fault }
+    Reference { Command { 0 }, Report { 0 } }
+    NackReason {
+        StaleEpoch { highest },
+        TooLate,
+        ClockUnknown,
+        Held { by },
+        Occupied,
+        Faulted,
+        Ended
+    }
+    FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen }
+    Activity { Working, Waiting, Approaching, Docked, Stranded }
+    UnassignedReason { AllTaken, OutOfReach, UnknownRobot }
+}
+
+structs! {
+    Hello { min, current, software, epoch }
+    PileRow { pile, boot, version, stamp, availability, remaining, planned }
+    PileState { row, elapsed, holder, energised, ended }
+    PileTable { rows }
+    LeaseRef { epoch, lease, robot }
+    EndedLease { lease, reason, charged }
+    CommandHead { id, valid_until }
+    Grant { head, lease, tag, expiry, energy }
+    Revoke { head, lease }
+    PassCount { tag, period, passes }
+    PassReport { report, passes }
+    TimeRequest { asked_at }
+    TimeSync { asked_at, site_now }
+    Ack { of }
+    Nack { of, reason }
+    Fault { report, code, active }
+    Position { x, y }
+    RobotState { position, energy, activity, accepted }
+    ChargeRequest { request, position, energy }
+    Assignment { request, pile, total, first, waypoints }
+    Unassigned { request, reason }
+}

@@ -1,0 +1,39 @@
+//! Frames made by hand, byte by byte, where [`protocol::Frame`] refuses to make them.
+
+use protocol::{Deframer, Frame, FrameError, Message};
+
+/// A header: this version, pile 7, start 3, frame 1.
+pub const fn header(version: u8) -> [u8; 12] {
+    [version, 1, 7, 0, 3, 0, 0, 0, 1, 0, 0, 0]
+}
+
+/// The postcard body of a message.
+pub fn body(message: &Message) -> Vec<u8> {
+    let mut buffer = [0; 1024];
+    postcard::to_slice(message, &mut buffer).unwrap().to_vec()
+}
+
+/// A frame around any header and body, with a CRC that matches.
+pub fn frame(header: &[u8], body: &[u8]) -> Vec<u8> {
+    let mut packet = [header, body].concat();
+    let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&packet);
+    packet.extend(check.to_le_bytes());
+    let mut encoded = vec![0; packet.len() + packet.len() / 254 + 3];
+    let length = cobs::try_encode_including_sentinels(&packet, &mut encoded).unwrap();
+    encoded.truncate(length);
+    encoded
+}
+
+/// What a fresh deframer finds in a stream.
+pub fn read(stream: &[u8]) -> Vec<Result<Frame, FrameError>> {
+    let mut deframer = Deframer::new();
+    let mut found = Vec::new();
+    deframer.feed(stream, |result| found.push(result));
+    found
+}
+
+/// What it finds in a body of the current version, in a frame that is otherwise good.
+pub fn read_body(body: &[u8]) -> Vec<Result<Message, FrameError>> {
+    let stream = frame(&header(protocol::version::CURRENT), body);
+    read(&stream).into_iter().map(|result| result.map(|frame| frame.message)).collect()
+}

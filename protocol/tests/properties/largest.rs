@@ -1,0 +1,73 @@
+//! The largest value of every message: every list full, every option there, every number the one
+//! with the longest encoding.
+
+use heapless::Vec;
+use protocol::*;
+
+const LEASE: LeaseRef =
+    LeaseRef { epoch: Epoch(u32::MAX), lease: LeaseId(u32::MAX), robot: RobotId(u16::MAX) };
+const HEAD: CommandHead = CommandHead { id: CommandId(u32::MAX), valid_until: SiteMillis::MAX };
+const POSITION: Position = Position { x: CoordinateM::MAX, y: CoordinateM::MAX };
+const TAG: TagId = TagId([0xFF; 12]);
+const ROW: PileRow = PileRow {
+    pile: PileId(u16::MAX),
+    boot: BootEpoch(u32::MAX),
+    version: u32::MAX,
+    stamp: Some(SiteMillis::MAX),
+    availability: Availability::Fault,
+    remaining: Fraction::MAX,
+    planned: DurationMs::MAX,
+};
+
+fn full<T: Clone, const N: usize>(item: T) -> Vec<T, N> {
+    core::iter::repeat_n(item, N).collect()
+}
+
+/// Every message with its name and [`MaxSize`].
+pub fn messages() -> [(Message, &'static str, usize); 15] {
+    macro_rules! sized {
+        ($($name:ident($value:expr),)*) => {
+            [$((Message::$name($value), stringify!($name), $name::MAX_SIZE)),*]
+        };
+    }
+    let request = RequestId(u32::MAX);
+    let report = ReportId(u32::MAX);
+    let of = Reference::Report(report);
+    sized![
+        Hello(Hello { min: 255, current: 255, software: [255; 3], epoch: Epoch(u32::MAX) }),
+        PileState(PileState {
+            row: ROW,
+            elapsed: DurationMs::MAX,
+            holder: Some(LEASE),
+            energised: true,
+            ended: Some(EndedLease { lease: LEASE, reason: EndReason::Fault, charged: DurationMs::MAX }),
+        }),
+        PileTable(PileTable { rows: full(ROW) }),
+        Grant(Grant { head: HEAD, lease: LEASE, tag: TAG, expiry: SiteMillis::MAX, energy: EnergyJ::MAX }),
+        Revoke(Revoke { head: HEAD, lease: LEASE }),
+        PassReport(PassReport {
+            report,
+            passes: full(PassCount { tag: TAG, period: u16::MAX, passes: u32::MAX }),
+        }),
+        TimeRequest(TimeRequest { asked_at: Millis::MAX }),
+        TimeSync(TimeSync { asked_at: Millis::MAX, site_now: SiteMillis::MAX }),
+        Ack(Ack { of }),
+        Nack(Nack { of, reason: NackReason::Held { by: LEASE } }),
+        Fault(Fault { report, code: FaultCode::ContactorStuckOpen, active: true }),
+        RobotState(RobotState {
+            position: POSITION,
+            energy: EnergyJ::MAX,
+            activity: Activity::Stranded,
+            accepted: Some(request),
+        }),
+        ChargeRequest(ChargeRequest { request, position: POSITION, energy: EnergyJ::MAX }),
+        Assignment(Assignment {
+            request,
+            pile: PileId(u16::MAX),
+            total: u16::MAX,
+            first: u16::MAX,
+            waypoints: full(POSITION),
+        }),
+        Unassigned(Unassigned { request, reason: UnassignedReason::UnknownRobot }),
+    ]
+}

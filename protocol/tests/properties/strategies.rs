@@ -1,0 +1,230 @@
+//! Every message, every header and every noise there can be.
+
+use heapless::Vec;
+use proptest::{
+    collection::vec,
+    option,
+    prelude::*,
+    sample::{Index, select},
+};
+use protocol::*;
+
+/// Any number of a type, of any size: half of them small.
+macro_rules! ids {
+    ($($function:ident: $name:ident($inner:ty);)*) => {$(
+        fn $function() -> impl Strategy<Value = $name> {
+            prop_oneof![0..=3 as $inner, any::<$inner>()].prop_map($name)
+        }
+    )*};
+}
+
+ids! {
+    pile: PileId(u16);
+    robot: RobotId(u16);
+    lease_id: LeaseId(u32);
+    epoch: Epoch(u32);
+    boot: BootEpoch(u32);
+    sequence: Sequence(u32);
+    command: CommandId(u32);
+    report: ReportId(u32);
+    request: RequestId(u32);
+}
+
+/// Any value in range, both ends included.
+macro_rules! quantities {
+    ($($function:ident: $name:ident;)*) => {$(
+        fn $function() -> impl Strategy<Value = $name> {
+            let range = $name::MIN.get()..=$name::MAX.get();
+            prop_oneof![Just(*range.start()), Just(*range.end()), range].prop_map(|value| $name::new(value).unwrap())
+        }
+    )*};
+}
+
+quantities! {
+    energy: EnergyJ;
+    fraction: Fraction;
+    coordinate: CoordinateM;
+}
+
+macro_rules! times {
+    ($($function:ident: $name:ident;)*) => {$(
+        fn $function() -> impl Strategy<Value = $name> {
+            prop_oneof![Just($name::MAX), (0..=$name::MAX.0).prop_map($name)]
+        }
+    )*};
+}
+
+times! {
+    millis: Millis;
+    site_millis: SiteMillis;
+    duration: DurationMs;
+}
+
+prop_compose! {
+    fn tag()(bytes: [u8; 12]) -> TagId { TagId(bytes) }
+}
+
+prop_compose! {
+    fn lease()(epoch in epoch(), lease in lease_id(), robot in robot()) -> LeaseRef {
+        LeaseRef { epoch, lease, robot }
+    }
+}
+
+prop_compose! {
+    fn position()(x in coordinate(), y in coordinate()) -> Position { Position { x, y } }
+}
+
+prop_compose! {
+    fn head()(id in command(), valid_until in site_millis()) -> CommandHead {
+        CommandHead { id, valid_until }
+    }
+}
+
+prop_compose! {
+    fn row()(
+        pile in pile(), boot in boot(), version: u32, stamp in option::of(site_millis()),
+        availability in select(&[
+            Availability::Free, Availability::Reserved, Availability::Charging, Availability::Done,
+            Availability::Fault,
+        ][..]),
+        remaining in fraction(), planned in duration(),
+    ) -> PileRow {
+        PileRow { pile, boot, version, stamp, availability, remaining, planned }
+    }
+}
+
+prop_compose! {
+    fn ended()(
+        lease in lease(),
+        reason in select(&[
+            EndReason::Completed, EndReason::Expired, EndReason::Revoked, EndReason::RobotLeft, EndReason::Fault,
+        ][..]),
+        charged in duration(),
+    ) -> EndedLease {
+        EndedLease { lease, reason, charged }
+    }
+}
+
+prop_compose! {
+    fn pass_count()(tag in tag(), period: u16, passes: u32) -> PassCount {
+        PassCount { tag, period, passes }
+    }
+}
+
+/// As many as a message takes, or fewer.
+fn some<T: Clone + core::fmt::Debug, const N: usize>(
+    item: impl Strategy<Value = T>,
+) -> impl Strategy<Value = Vec<T, N>> {
+    vec(item, 0..=N).prop_map(|items| items.into_iter().collect())
+}
+
+fn reference() -> impl Strategy<Value = Reference> {
+    prop_oneof![command().prop_map(Reference::Command), report().prop_map(Reference::Report)]
+}
+
+fn nack_reason() -> impl Strategy<Value = NackReason> {
+    prop_oneof![
+        epoch().prop_map(|highest| NackReason::StaleEpoch { highest }),
+        lease().prop_map(|by| NackReason::Held { by }),
+        select(
+            &[
+                NackReason::TooLate,
+                NackReason::ClockUnknown,
+                NackReason::Occupied,
+                NackReason::Faulted,
+                NackReason::Ended
+            ][..]
+        ),
+    ]
+}
+
+fn activity() -> impl Strategy<Value = Activity> {
+    use Activity::*;
+    select(&[Working, Waiting, Approaching, Docked, Stranded][..])
+}
+
+/// Every message.
+pub fn message() -> impl Strategy<Value = Message> {
+    use {FaultCode::*, UnassignedReason::*};
+    prop_oneof![
+        (any::<(u8, u8, [u8; 3])>(), epoch()).prop_map(|((min, current, software), epoch)| Message::Hello(
+            Hello { min, current, software, epoch }
+        )),
+        (row(), duration(), option::of(lease()), any::<bool>(), option::of(ended())).prop_map(
+            |(row, elapsed, holder, energised, ended)| Message::PileState(PileState {
+                row,
+                elapsed,
+                holder,
+                energised,
+                ended
+            })
+        ),
+        some(row()).prop_map(|rows| Message::PileTable(PileTable { rows })),
+        (head(), lease(), tag(), site_millis(), energy()).prop_map(|(head, lease, tag, expiry, energy)| {
+            Message::Grant(Grant { head, lease, tag, expiry, energy })
+        }),
+        (head(), lease()).prop_map(|(head, lease)| Message::Revoke(Revoke { head, lease })),
+        (report(), some(pass_count()))
+            .prop_map(|(report, passes)| Message::PassReport(PassReport { report, passes })),
+        millis().prop_map(|asked_at| Message::TimeRequest(TimeRequest { asked_at })),
+        (millis(), site_millis())
+            .prop_map(|(asked_at, site_now)| Message::TimeSync(TimeSync { asked_at, site_now })),
+        reference().prop_map(|of| Message::Ack(Ack { of })),
+        (reference(), nack_reason()).prop_map(|(of, reason)| Message::Nack(Nack { of, reason })),
+        (report(), select(&[ReaderSilent, ContactorWelded, ContactorStuckOpen][..]), any::<bool>())
+            .prop_map(|(report, code, active)| Message::Fault(Fault { report, code, active })),
+        (position(), energy(), activity(), option::of(request())).prop_map(
+            |(position, energy, activity, accepted)| Message::RobotState(RobotState {
+                position,
+                energy,
+                activity,
+                accepted
+            })
+        ),
+        (request(), position(), energy()).prop_map(|(request, position, energy)| {
+            Message::ChargeRequest(ChargeRequest { request, position, energy })
+        }),
+        (request(), pile(), any::<(u16, u16)>(), some(position())).prop_map(
+            |(request, pile, (total, first), waypoints)| Message::Assignment(Assignment {
+                request,
+                pile,
+                total,
+                first,
+                waypoints
+            })
+        ),
+        (request(), select(&[AllTaken, OutOfReach, UnknownRobot][..]))
+            .prop_map(|(request, reason)| Message::Unassigned(Unassigned { request, reason })),
+    ]
+}
+
+/// Everyone.
+pub fn device() -> impl Strategy<Value = DeviceId> {
+    prop_oneof![
+        Just(DeviceId::Coordinator),
+        pile().prop_map(DeviceId::Pile),
+        robot().prop_map(DeviceId::Robot)
+    ]
+}
+
+prop_compose! {
+    /// Every frame of the current version.
+    pub fn frame()(sender in device(), boot in boot(), sequence in sequence(), message in message()) -> Frame {
+        Frame { header: Header::new(sender, boot, sequence), message }
+    }
+}
+
+/// Noise: any bytes, with more delimiters among them than chance would give.
+pub fn noise() -> impl Strategy<Value = std::vec::Vec<u8>> {
+    vec(prop_oneof![1 => Just(0), 9 => any::<u8>()], 0..2 * limits::FRAME)
+}
+
+/// Noise without a delimiter.
+pub fn dirt() -> impl Strategy<Value = std::vec::Vec<u8>> {
+    vec(1..=u8::MAX, 0..2 * limits::FRAME)
+}
+
+/// Places in a stream.
+pub fn places() -> impl Strategy<Value = std::vec::Vec<Index>> {
+    vec(any::<Index>(), 0..8)
+}

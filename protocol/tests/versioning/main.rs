@@ -1,0 +1,86 @@
+//! The bytes of every version, kept by hand.
+//!
+//! `vNN.rs` holds what version NN added, and is never edited once that version is released. This
+//! file alone lives on: it knows all variants there are now, and looks that a version keeps each.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod v01;
+
+use core::fmt::Debug;
+
+use protocol::{
+    Activity, Availability, Deframer, EndReason, FaultCode, Frame, Message, NackReason, Reference,
+    UnassignedReason,
+};
+use serde::{Serialize, de::DeserializeOwned};
+
+/// The bytes of hexadecimal text; blanks and bars are there for the reader.
+fn bytes(text: &str) -> Vec<u8> {
+    let digits: Vec<u32> =
+        text.chars().filter(|c| !" |".contains(*c)).map(|c| c.to_digit(16).unwrap()).collect();
+    digits.chunks(2).map(|pair| u8::try_from(pair[0] << 4 | pair[1]).unwrap()).collect()
+}
+
+/// Checks that values are written as, and read from, their golden bytes.
+fn check<T: Debug + PartialEq + Serialize + DeserializeOwned>(golden: &[(T, &str)]) {
+    for (value, text) in golden {
+        let mut buffer = [0; 1024];
+        assert_eq!(postcard::to_slice(value, &mut buffer).unwrap(), bytes(text), "{value:?} is not {text}");
+        assert_eq!(&postcard::from_bytes::<T>(&bytes(text)).unwrap(), value, "{text}");
+    }
+}
+
+/// Checks an enum's golden bytes, and that every variant has some. The variants are listed; the
+/// compiler sees to it that none is forgotten.
+macro_rules! check_enum {
+    ($name:ident { $($variant:ident),* } in $golden:expr) => {{
+        let variant = |value: &$name| match value { $($name::$variant { .. } => stringify!($variant)),* };
+        let golden = $golden;
+        check(&golden);
+        for wanted in [$(stringify!($variant)),*] {
+            assert!(
+                golden.iter().any(|(value, _)| variant(value) == wanted),
+                "no version keeps bytes of {}::{wanted}",
+                stringify!($name),
+            );
+        }
+    }};
+}
+
+#[test]
+fn every_message_keeps_its_bytes() {
+    check_enum!(Message {
+        Hello, PileState, PileTable, Grant, Revoke, PassReport, TimeRequest, TimeSync, Ack, Nack, Fault,
+        RobotState, ChargeRequest, Assignment, Unassigned
+    } in v01::messages());
+}
+
+#[test]
+fn every_enum_keeps_its_ordinals() {
+    check_enum!(Availability { Free, Reserved, Charging, Done, Fault } in v01::AVAILABILITIES);
+    check_enum!(EndReason { Completed, Expired, Revoked, RobotLeft, Fault } in v01::END_REASONS);
+    check_enum!(Reference { Command, Report } in v01::REFERENCES);
+    check_enum!(NackReason {
+        StaleEpoch, TooLate, ClockUnknown, Held, Occupied, Faulted, Ended
+    } in v01::NACK_REASONS);
+    check_enum!(FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen } in v01::FAULT_CODES);
+    check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded } in v01::ACTIVITIES);
+    check_enum!(UnassignedReason { AllTaken, OutOfReach, UnknownRobot } in v01::UNASSIGNED_REASONS);
+}
+
+#[test]
+fn every_kind_of_sender_keeps_its_header() {
+    for (frame, text) in v01::frames() {
+        assert_eq!(frame.encode().unwrap(), bytes(text)[..], "{frame:?}");
+        let mut deframer = Deframer::new();
+        let mut found: Vec<Frame> = Vec::new();
+        deframer.feed(&bytes(text), |result| found.push(result.unwrap()));
+        assert_eq!(found, [frame]);
+    }
+}
+
+#[test]
+fn the_book_shows_the_bytes_of_a_pile_s_hello() {
+    let (_, text) = v01::frames()[1];
+    assert!(include_str!("../../../docs/protocol.md").contains(text));
+}

@@ -1,0 +1,226 @@
+//! The bytes of version 1. Never edit this file once version 1 is released: a test that fails here
+//! means that devices in the field would no longer be understood.
+//!
+//! Numbers above 7F are varints: seven bits a byte, the lowest first, the top bit set in all but the
+//! last. Bars stand between the fields, and between a message's ordinal and its fields.
+
+use heapless::Vec;
+use protocol::*;
+
+pub const AVAILABILITIES: [(Availability, &str); 5] = [
+    (Availability::Free, "00"),
+    (Availability::Reserved, "01"),
+    (Availability::Charging, "02"),
+    (Availability::Done, "03"),
+    (Availability::Fault, "04"),
+];
+
+pub const END_REASONS: [(EndReason, &str); 5] = [
+    (EndReason::Completed, "00"),
+    (EndReason::Expired, "01"),
+    (EndReason::Revoked, "02"),
+    (EndReason::RobotLeft, "03"),
+    (EndReason::Fault, "04"),
+];
+
+pub const REFERENCES: [(Reference, &str); 2] =
+    [(Reference::Command(CommandId(5)), "00|05"), (Reference::Report(ReportId(6)), "01|06")];
+
+pub const NACK_REASONS: [(NackReason, &str); 7] = [
+    (NackReason::StaleEpoch { highest: Epoch(300) }, "00|AC02"),
+    (NackReason::TooLate, "01"),
+    (NackReason::ClockUnknown, "02"),
+    (NackReason::Held { by: LEASE }, "03|02 09 03"),
+    (NackReason::Occupied, "04"),
+    (NackReason::Faulted, "05"),
+    (NackReason::Ended, "06"),
+];
+
+pub const FAULT_CODES: [(FaultCode, &str); 3] = [
+    (FaultCode::ReaderSilent, "00"),
+    (FaultCode::ContactorWelded, "01"),
+    (FaultCode::ContactorStuckOpen, "02"),
+];
+
+pub const ACTIVITIES: [(Activity, &str); 5] = [
+    (Activity::Working, "00"),
+    (Activity::Waiting, "01"),
+    (Activity::Approaching, "02"),
+    (Activity::Docked, "03"),
+    (Activity::Stranded, "04"),
+];
+
+pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 3] = [
+    (UnassignedReason::AllTaken, "00"),
+    (UnassignedReason::OutOfReach, "01"),
+    (UnassignedReason::UnknownRobot, "02"),
+];
+
+/// `02 09 03`
+const LEASE: LeaseRef = LeaseRef { epoch: Epoch(2), lease: LeaseId(9), robot: RobotId(3) };
+
+/// `0A | E0D403`
+const HEAD: CommandHead = CommandHead { id: CommandId(10), valid_until: SiteMillis(60_000) };
+
+/// `30751FEB705C5904E3D50D70`
+const TAG: TagId = TagId([0x30, 0x75, 0x1F, 0xEB, 0x70, 0x5C, 0x59, 0x04, 0xE3, 0xD5, 0x0D, 0x70]);
+
+/// `07 | 03 | 2C | 01 90A10F | 02 | 0000003F | C0CF24`: pile, boot, version, stamp, availability,
+/// remaining, planned.
+fn row() -> PileRow {
+    PileRow {
+        pile: PileId(7),
+        boot: BootEpoch(3),
+        version: 44,
+        stamp: Some(SiteMillis(250_000)),
+        availability: Availability::Charging,
+        remaining: Fraction::new(0.5).unwrap(),
+        planned: DurationMs(600_000),
+    }
+}
+
+/// `00004841 | 000010C0`
+fn position() -> Position {
+    Position { x: CoordinateM::new(12.5).unwrap(), y: CoordinateM::new(-2.25).unwrap() }
+}
+
+fn energy() -> EnergyJ {
+    EnergyJ::new(1_000.0).unwrap()
+}
+
+pub fn messages() -> [(Message, &'static str); 18] {
+    let hello = Hello { min: 1, current: 1, software: [0, 1, 2], epoch: Epoch(300) };
+    let state = PileState {
+        row: row(),
+        elapsed: DurationMs(300_000),
+        holder: Some(LEASE),
+        energised: true,
+        ended: Some(EndedLease { lease: LEASE, reason: EndReason::Revoked, charged: DurationMs(1_000) }),
+    };
+    let idle_row = PileRow { stamp: None, availability: Availability::Free, ..row() };
+    let idle =
+        PileState { row: idle_row, elapsed: DurationMs(0), holder: None, energised: false, ended: None };
+    let mut rows = Vec::new();
+    rows.extend([row(), idle_row]);
+    let mut passes = Vec::new();
+    passes.extend([PassCount { tag: TAG, period: 23, passes: 128 }]);
+    let mut waypoints = Vec::new();
+    waypoints.extend([position(), position()]);
+    let report = ReportId(6);
+    let request = RequestId(1_000_000);
+    [
+        // versions from 1 | to 1 | software 0.1.2 | epoch 300
+        (Message::Hello(hello), "00 | 01 | 01 | 000102 | AC02"),
+        // row | elapsed | holder | energised | ended: lease, reason, charged
+        (
+            Message::PileState(state),
+            "01 | 07 03 2C 0190A10F 02 0000003F C0CF24 | E0A712 | 01 020903 | 01 | 01 020903 02 E807",
+        ),
+        (Message::PileState(idle), "01 | 07 03 2C 00 00 0000003F C0CF24 | 00 | 00 | 00 | 00"),
+        // two rows
+        (
+            Message::PileTable(PileTable { rows }),
+            "02 | 02 | 07 03 2C 0190A10F 02 0000003F C0CF24 | 07 03 2C 00 00 0000003F C0CF24",
+        ),
+        // command, valid until | lease | tag | expiry | energy
+        (
+            Message::Grant(Grant {
+                head: HEAD,
+                lease: LEASE,
+                tag: TAG,
+                expiry: SiteMillis(1_700_000_000_000),
+                energy: energy(),
+            }),
+            "03 | 0A E0D403 | 02 09 03 | 30751FEB705C5904E3D50D70 | 80D095FFBC31 | 00007A44",
+        ),
+        // command, valid until | lease
+        (Message::Revoke(Revoke { head: HEAD, lease: LEASE }), "04 | 0A E0D403 | 02 09 03"),
+        // report | one count: tag, period, passes
+        (
+            Message::PassReport(PassReport { report, passes }),
+            "05 | 06 | 01 | 30751FEB705C5904E3D50D70 17 8001",
+        ),
+        // asked at
+        (Message::TimeRequest(TimeRequest { asked_at: Millis(1_000) }), "06 | E807"),
+        // asked at | site's time
+        (
+            Message::TimeSync(TimeSync { asked_at: Millis(1_000), site_now: SiteMillis(1_700_000_000_000) }),
+            "07 | E807 | 80D095FFBC31",
+        ),
+        // of command 5, of report 6
+        (Message::Ack(Ack { of: Reference::Command(CommandId(5)) }), "08 | 00 05"),
+        (Message::Ack(Ack { of: Reference::Report(report) }), "08 | 01 06"),
+        // of command 5 | reason
+        (
+            Message::Nack(Nack {
+                of: Reference::Command(CommandId(5)),
+                reason: NackReason::Held { by: LEASE },
+            }),
+            "09 | 00 05 | 03 020903",
+        ),
+        // report | code | active
+        (
+            Message::Fault(Fault { report, code: FaultCode::ContactorWelded, active: true }),
+            "0A | 06 | 01 | 01",
+        ),
+        // x, y | energy | activity | accepted
+        (
+            Message::RobotState(RobotState {
+                position: position(),
+                energy: energy(),
+                activity: Activity::Approaching,
+                accepted: Some(request),
+            }),
+            "0B | 00004841 000010C0 | 00007A44 | 02 | 01 C0843D",
+        ),
+        (
+            Message::RobotState(RobotState {
+                position: position(),
+                energy: energy(),
+                activity: Activity::Working,
+                accepted: None,
+            }),
+            "0B | 00004841 000010C0 | 00007A44 | 00 | 00",
+        ),
+        // request | x, y | energy
+        (
+            Message::ChargeRequest(ChargeRequest { request, position: position(), energy: energy() }),
+            "0C | C0843D | 00004841 000010C0 | 00007A44",
+        ),
+        // request | pile | total | first | two waypoints: x, y
+        (
+            Message::Assignment(Assignment { request, pile: PileId(300), total: 26, first: 24, waypoints }),
+            "0D | C0843D | AC02 | 1A | 18 | 02 | 00004841 000010C0 | 00004841 000010C0",
+        ),
+        // request | reason
+        (
+            Message::Unassigned(Unassigned { request, reason: UnassignedReason::OutOfReach }),
+            "0E | C0843D | 01",
+        ),
+    ]
+}
+
+/// Whole frames: every kind of sender says hello.
+pub fn frames() -> [(Frame, &'static str); 3] {
+    let frame = |sender, boot, sequence| Frame {
+        header: Header { version: 1, sender, boot, sequence },
+        message: Message::Hello(Hello { min: 1, current: 1, software: [0, 1, 2], epoch: Epoch(300) }),
+    };
+    [
+        // Before COBS: 01 | 00 | 0000 | 00000000 | 00000000 | 00 01 01 000102 AC02 | CRC-32 18591D50.
+        (
+            frame(DeviceId::Coordinator, BootEpoch(0), Sequence(0)),
+            "00 | 02 01 01 01 01 01 01 01 01 01 01 01 01 03 01 01 09 01 02 AC 02 18 59 1D 50 | 00",
+        ),
+        // Before COBS: 01 | 01 | 0700 | 03000000 | 01000000 | 00 01 01 000102 AC02 | CRC-32 B92BBCD4.
+        (
+            frame(DeviceId::Pile(PileId(7)), BootEpoch(3), Sequence(1)),
+            "00 | 04 01 01 07 02 03 01 01 02 01 01 01 01 03 01 01 09 01 02 AC 02 B9 2B BC D4 | 00",
+        ),
+        // Before COBS: 01 | 02 | 3412 | 78563412 | F0DEBC9A | 00 01 01 000102 AC02 | CRC-32 6B2F6B2B.
+        (
+            frame(DeviceId::Robot(RobotId(0x1234)), BootEpoch(0x1234_5678), Sequence(0x9ABC_DEF0)),
+            "00 | 0D 01 02 34 12 78 56 34 12 F0 DE BC 9A 03 01 01 09 01 02 AC 02 6B 2F 6B 2B | 00",
+        ),
+    ]
+}
