@@ -23,6 +23,7 @@
 //! | [`reports`] | reports that are repeated until acknowledged |
 //! | [`clock`] | the site's time |
 //! | [`reader`] | the RFID readers |
+//! | `tasks` | the asynchronous glue between the core and a board's drivers, only built for ARM |
 //! | `board` | the boards it runs on, only built for them |
 #![cfg_attr(not(test), no_std)]
 
@@ -39,5 +40,7 @@ pub mod reader;
 pub mod reports;
 pub mod safety;
 pub mod table;
+#[cfg(all(target_arch = "arm", target_os = "none"))]
+pub mod tasks;
 
 pub use pile::{ChargingPile, Contactor, Input, Outgoing, Outputs, Parameters, TagRead, To};

@@ -1,4 +1,6 @@
 //! The pile on the board that QEMU emulates. `cargo xtask emulate` builds and boots it.
+//!
+//! It is pile 1, unless `CHARGEHAND_PILE_ID` was set to another number when it was built.
 #![no_std]
 #![no_main]
 
@@ -6,29 +8,60 @@
 compile_error!("this image runs on an ARM core: build it with `cargo xtask firmware`");
 
 use embassy_executor::Spawner;
-use embedded_io_async::{Read, Write};
-use firmware_pile::board::emulated::{Board, Uart};
+use firmware_pile::board::emulated::{
+    Board, LoggedContactor, Uart, UartReceiver, UartSender, VolatileMemory, boot_epoch,
+};
+use firmware_pile::reader::r200::R200;
+use firmware_pile::tasks::{self, Inbox, Outbox};
+use firmware_pile::{ChargingPile, Parameters};
+use protocol::{DeviceId, FrameWriter, PileId};
+
+const PILE: PileId = PileId(match option_env!("CHARGEHAND_PILE_ID") {
+    None => 1,
+    Some(text) => match u16::from_str_radix(text, 10) {
+        Ok(id) => id,
+        #[expect(clippy::panic, reason = "the compiler says it, not the pile")]
+        Err(_) => panic!("CHARGEHAND_PILE_ID must be a number from 0 to 65535"),
+    },
+});
+
+/// What the pile gives a robot.
+const POWER_W: f32 = 1000.0;
+
+static INBOX: Inbox = Inbox::new();
+static OUTBOX: Outbox = Outbox::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let Some(board) = Board::take() else {
+    let Some(Board { link, reader, contactor, memory }) = Board::take() else {
         defmt::panic!("the board has been taken before");
     };
-    defmt::info!("pile up");
-    spawner.spawn(defmt::unwrap!(echo(board.reader)));
-    spawner.spawn(defmt::unwrap!(echo(board.link)));
-    let mut ticker = embassy_time::Ticker::every(embassy_time::Duration::from_secs(1));
-    loop {
-        ticker.next().await;
-        defmt::info!("alive at {} ms", embassy_time::Instant::now().as_millis());
-    }
+    let (receiver, sender) = link.split();
+    let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
+    defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
+    spawner.spawn(defmt::unwrap!(listen(receiver)));
+    spawner.spawn(defmt::unwrap!(speak(sender)));
+    spawner.spawn(defmt::unwrap!(watch(reader)));
+    spawner.spawn(defmt::unwrap!(run(parameters, contactor, memory)));
 }
 
-#[embassy_executor::task(pool_size = 2)]
-async fn echo(mut uart: Uart) {
-    let mut buffer = [0; 64];
-    loop {
-        let Ok(n) = uart.reader.read(&mut buffer).await;
-        let Ok(()) = uart.writer.write_all(&buffer[..n]).await;
-    }
+#[embassy_executor::task]
+async fn listen(link: UartReceiver) {
+    tasks::listen(link, &INBOX).await
+}
+
+#[embassy_executor::task]
+async fn speak(link: UartSender) {
+    tasks::speak(link, &OUTBOX).await
+}
+
+#[embassy_executor::task]
+async fn watch(reader: Uart) {
+    tasks::watch(R200::new(reader), &INBOX).await
+}
+
+#[embassy_executor::task]
+async fn run(parameters: Parameters, contactor: LoggedContactor, memory: VolatileMemory) {
+    let writer = FrameWriter::new(DeviceId::Pile(parameters.pile), parameters.boot);
+    tasks::run(ChargingPile::new(parameters), writer, contactor, memory, &INBOX, &OUTBOX).await
 }

@@ -5,9 +5,13 @@
 //! may wait for the RCC, PWR or FLASH peripherals to become ready.
 
 mod clock;
+mod contacts;
+mod memory;
 mod uart;
 
-pub use uart::{Uart, UartReader, UartWriter};
+pub use contacts::LoggedContactor;
+pub use memory::{VolatileMemory, boot_epoch};
+pub use uart::{Uart, UartReceiver, UartSender};
 
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
@@ -20,6 +24,10 @@ pub struct Board {
     pub link: Uart,
     /// USART2, to the RFID reader.
     pub reader: Uart,
+    /// In front of the contacts.
+    pub contactor: LoggedContactor,
+    /// For the highest epoch.
+    pub memory: VolatileMemory,
 }
 
 impl Board {
@@ -35,7 +43,7 @@ impl Board {
             cortex_m::peripheral::NVIC::unmask(pac::Interrupt::USART1);
             cortex_m::peripheral::NVIC::unmask(pac::Interrupt::USART2);
         }
-        Some(Self { link, reader })
+        Some(Self { link, reader, contactor: LoggedContactor::new(), memory: VolatileMemory })
     }
 }
 

@@ -18,15 +18,15 @@ use stm32_metapac as pac;
 const RING_BYTES: usize = 1024;
 
 /// What the receive interrupt of one USART shares with its reader.
-pub(super) struct Receiver {
+pub(super) struct Shared {
     ring: Pipe<CriticalSectionRawMutex, RING_BYTES>,
     overruns: AtomicU32,
 }
 
-pub(super) static LINK: Receiver = Receiver::new();
-pub(super) static READER: Receiver = Receiver::new();
+pub(super) static LINK: Shared = Shared::new();
+pub(super) static READER: Shared = Shared::new();
 
-impl Receiver {
+impl Shared {
     const fn new() -> Self {
         Self { ring: Pipe::new(), overruns: AtomicU32::new(0) }
     }
@@ -61,58 +61,81 @@ fn USART2() {
     READER.on_interrupt(pac::USART2);
 }
 
-/// Both directions of a USART.
+/// A USART.
 pub struct Uart {
-    /// What arrives.
-    pub reader: UartReader,
-    /// What leaves.
-    pub writer: UartWriter,
+    receiver: UartReceiver,
+    sender: UartSender,
 }
 
 impl Uart {
-    pub(super) fn start(usart: Usart, receiver: &'static Receiver) -> Self {
+    pub(super) fn start(usart: Usart, shared: &'static Shared) -> Self {
         usart.cr1().write(|w| {
             w.set_ue(true);
             w.set_te(true);
             w.set_re(true);
             w.set_rxneie(true);
         });
-        Self { reader: UartReader { receiver }, writer: UartWriter { usart } }
+        Self { receiver: UartReceiver { shared, overruns_told: 0 }, sender: UartSender { usart } }
+    }
+
+    /// Its two halves, for two tasks.
+    pub fn split(self) -> (UartReceiver, UartSender) {
+        (self.receiver, self.sender)
+    }
+}
+
+impl ErrorType for Uart {
+    type Error = Infallible;
+}
+
+impl Read for Uart {
+    async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+        self.receiver.read(buffer).await
+    }
+}
+
+impl Write for Uart {
+    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+        self.sender.write(bytes).await
+    }
+
+    async fn flush(&mut self) -> Result<(), Infallible> {
+        self.sender.flush().await
     }
 }
 
 /// The receiving half of a USART.
-pub struct UartReader {
-    receiver: &'static Receiver,
+pub struct UartReceiver {
+    shared: &'static Shared,
+    overruns_told: u32,
 }
 
-impl UartReader {
-    /// Bytes lost so far, because they came faster than they were read.
-    pub fn overruns(&self) -> u32 {
-        self.receiver.overruns.load(Ordering::Relaxed)
-    }
-}
-
-impl ErrorType for UartReader {
+impl ErrorType for UartReceiver {
     type Error = Infallible;
 }
 
-impl Read for UartReader {
+impl Read for UartReceiver {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
-        Ok(self.receiver.ring.read(buffer).await)
+        let length = self.shared.ring.read(buffer).await;
+        let overruns = self.shared.overruns.load(Ordering::Relaxed);
+        if overruns != self.overruns_told {
+            defmt::warn!("{} bytes lost since the start: they came too fast", overruns);
+            self.overruns_told = overruns;
+        }
+        Ok(length)
     }
 }
 
 /// The sending half of a USART.
-pub struct UartWriter {
+pub struct UartSender {
     usart: Usart,
 }
 
-impl ErrorType for UartWriter {
+impl ErrorType for UartSender {
     type Error = Infallible;
 }
 
-impl Write for UartWriter {
+impl Write for UartSender {
     /// Sends the first byte of `bytes`. QEMU takes it at once; were the data register still full,
     /// the other tasks would run until it is not.
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
