@@ -1,0 +1,160 @@
+//! The `chargehand` command as a person or a script meets it: the real binary, its output and
+//! its exit code.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use tempfile::TempDir;
+
+/// What a command left behind.
+struct Ran {
+    success: bool,
+    stdout: String,
+    stderr: String,
+}
+
+impl Ran {
+    #[track_caller]
+    fn succeeds(self) -> String {
+        assert!(self.success, "failed: {}", self.stderr);
+        assert_eq!(self.stderr, "");
+        self.stdout
+    }
+
+    /// The error; a person must be told in words, not by a panic.
+    #[track_caller]
+    fn fails(self) -> String {
+        assert!(!self.success, "succeeded: {}", self.stdout);
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+        assert!(!self.stderr.contains('\x1b'), "colours without a terminal: {:?}", self.stderr);
+        self.stderr
+    }
+}
+
+fn chargehand(arguments: &[&str]) -> Ran {
+    let output = Command::new(env!("CARGO_BIN_EXE_chargehand")).args(arguments).output().unwrap();
+    Ran {
+        success: output.status.success(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// The paper's site, as it is in the repository.
+fn fig7() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../sites/lmpp-fig7")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A copy of the paper's site in which `from` in `file` is replaced by `to`.
+fn fig7_with(file: &str, from: &str, to: &str) -> TempDir {
+    let copy = tempfile::tempdir().unwrap();
+    for entry in fs::read_dir(fig7()).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), copy.path().join(entry.file_name())).unwrap();
+    }
+    let path = copy.path().join(file);
+    let before = fs::read_to_string(&path).unwrap();
+    assert!(before.contains(from), "{file} has no {from:?}");
+    fs::write(&path, before.replacen(from, to, 1)).unwrap();
+    copy
+}
+
+/// The line of `needle` in `file` of `directory`.
+fn line_of(directory: &Path, file: &str, needle: &str) -> usize {
+    let text = fs::read_to_string(directory.join(file)).unwrap();
+    1 + text.lines().position(|line| line.contains(needle)).unwrap()
+}
+
+/// Checks a configuration that is spoilt by replacing `from` by `to`, and wants to be told of
+/// `mistake` in the line of `to`.
+#[track_caller]
+fn check_finds(file: &str, from: &str, to: &str, mistake: &str) {
+    let copy = fig7_with(file, from, to);
+    let error = chargehand(&["check", "--config", text(&copy.path().join("chargehand.toml"))]).fails();
+    let line = line_of(copy.path(), file, to.lines().next().unwrap());
+    let wanted = format!("{}:{line}: {mistake}", copy.path().join(file).display());
+    assert!(error.contains(&wanted), "wanted {wanted}\ngot {error}");
+    assert!(error.starts_with("error: found a mistake on reading"), "only this one: {error}");
+}
+
+#[test]
+fn the_example_configuration_is_ready_to_run() {
+    let output = chargehand(&["check", "--config", text(&fig7().join("chargehand.toml"))]).succeeds();
+    assert!(output.contains("is ready to run"), "{output}");
+}
+
+#[test]
+fn check_refuses_nan_in_a_configuration() {
+    let file = "chargehand.toml";
+    check_finds(file, "theta = 1.0 ", "theta = nan ", "`theta` is nan, expected a finite number of 0 or more");
+    check_finds(
+        file,
+        "energy_per_metre_j = 40",
+        "energy_per_metre_j = +inf",
+        "`energy_per_metre_j` is +inf, expected a number from 0.001 to 1000000",
+    );
+}
+
+#[test]
+fn check_refuses_an_unknown_key() {
+    check_finds(
+        "chargehand.toml",
+        "event_log = ",
+        "colour = 1\nevent_log = ",
+        "the file has an unknown key `colour`, expected one of `site`, `event_log`",
+    );
+}
+
+#[test]
+fn check_refuses_two_robots_with_one_tag() {
+    check_finds(
+        "chargehand.toml",
+        "tag = \"E28068940000500000000003\"",
+        "tag = \"E28068940000500000000001\" # again",
+        "tag E28068940000500000000001 is there twice, expected a tag of its own",
+    );
+}
+
+#[test]
+fn check_names_all_mistakes_at_once_in_text_and_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bad.toml");
+    fs::write(&file, "colour = 1\n[policy]\nrule = \"best\"\nlease_s = \n[[robot]]\nid = -1\n").unwrap();
+    let ran = chargehand(&["check", "--config", text(&file), "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert_eq!(report["ready"], false);
+    let mistakes = report["mistakes"].as_array().unwrap();
+    let error = ran.fails();
+    for (line, mistake) in [
+        (1, "the file has no `site`"),
+        (1, "the file has no `event_log`"),
+        (1, "the file has an unknown key `colour`"),
+        (3, "`rule` is \"best\", expected \"corrected\" or \"paper-literal\""),
+        (4, "is no valid TOML"),
+        (5, "[[robot]] has no `tag`"),
+        (5, "[[robot]] has no `full_j`"),
+        (5, "[[robot]] has no `energy_per_metre_j`"),
+        (6, "`id` is -1, expected a whole number from 0 to 65535"),
+    ] {
+        assert!(error.contains(&format!("bad.toml:{line}: {mistake}")), "{line}: {mistake} in\n{error}");
+        let same = |found: &&serde_json::Value| {
+            found["line"] == line && mistake.starts_with(found["problem"].as_str().unwrap().split(" (").next().unwrap())
+        };
+        assert!(mistakes.iter().any(|found| same(&found)), "{line}: {mistake} in {mistakes:?}");
+    }
+    assert_eq!(mistakes.len(), 9);
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let error = chargehand(&["check", "--config", "no-such.toml"]).fails();
+    assert!(error.contains("no-such.toml: cannot be read (No such file"), "{error}");
+}
