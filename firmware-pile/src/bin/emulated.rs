@@ -20,7 +20,6 @@ const PILE: PileId = PileId(match option_env!("CHARGEHAND_PILE_ID") {
     None => 1,
     Some(text) => match u16::from_str_radix(text, 10) {
         Ok(id) => id,
-        #[expect(clippy::panic, reason = "the compiler says it, not the pile")]
         Err(_) => panic!("CHARGEHAND_PILE_ID must be a number from 0 to 65535"),
     },
 });
