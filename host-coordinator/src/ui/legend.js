@@ -16,22 +16,22 @@ const entry = (symbol, text) =>
 function pile(availability) {
   const symbol = symbols.pileSymbol();
   symbols.drawPile(symbol, { id: "", availability, remaining: 0.6 });
-  return entry(symbol, availability === "charging" ? "charging, share to go" : availability);
+  return entry(symbol, availability);
 }
 
 function door(open) {
   const symbol = symbols.doorSymbol();
   symbols.drawDoor(symbol, { open, congestion: open ? 0.4 : 0.8 });
-  return entry(symbol, open ? "door, congestion" : "door closed");
+  return entry(symbol, open ? "door" : "closed door");
 }
 
 function robot() {
   const symbol = symbols.robotSymbol();
   symbols.drawRobot(symbol, { id: "", activity: "working", battery: 0.6 });
-  return entry(symbol, "robot, battery");
+  return entry(symbol, "robot");
 }
 
 export function legend() {
   const lease = svg("path", { class: "lease-line", d: "M-16 0H16" });
-  return [...PILES.map(pile), robot(), entry(lease, "lease and route"), door(true), door(false)];
+  return [...PILES.map(pile), robot(), entry(lease, "lease"), door(true), door(false)];
 }

@@ -6,7 +6,10 @@ import { Glide } from "./motion.js";
 import * as symbols from "./symbols.js";
 import { number, percent, pileLine, place, robotLine, robotState } from "./words.js";
 
-const MARGIN = 34;
+const MARGIN = 32;
+// Symbols keep their size in pixels, but shrink where a cell has fewer than this.
+const FULL_SIZE_CELL = 5;
+const SMALLEST_SYMBOL = 0.8;
 const LABEL = { height: 15, letter: 6.3, padding: 8 };
 // A docked robot is drawn beside its pile, towards the middle of the map.
 const BESIDE_PILE = symbols.PILE_RADIUS + 18;
@@ -18,6 +21,7 @@ export class SiteMap {
   #glide = new Glide((id, at) => this.#move(id, at));
   #legs = new Map();
   #scale = 1;
+  #symbolSize = 1;
   #layers = null;
   #involved = null;
 
@@ -202,7 +206,8 @@ export class SiteMap {
 
   #put(node, at, aside = 0) {
     const [x, y] = this.#pixels(at);
-    set(node, { transform: `translate(${(x + aside).toFixed(2)} ${y.toFixed(2)})` });
+    const shift = `translate(${(x + aside * this.#symbolSize).toFixed(2)} ${y.toFixed(2)})`;
+    set(node, { transform: `${shift} scale(${this.#symbolSize})` });
   }
 
   #cellUnder(event) {
@@ -219,6 +224,7 @@ export class SiteMap {
     const { site, piles, doors } = this.#model;
     const { clientWidth: width, clientHeight: height } = this.#canvas;
     this.#scale = Math.min((width - 2 * MARGIN) / site.width, (height - 2 * MARGIN) / site.height);
+    this.#symbolSize = Math.min(1, Math.max(SMALLEST_SYMBOL, this.#scale / FULL_SIZE_CELL));
     const size = { width: site.width * this.#scale + 2 * MARGIN, height: site.height * this.#scale + 2 * MARGIN };
     set(this.#canvas.firstChild, size);
     set(this.#layers.ground, { transform: `translate(${MARGIN} ${MARGIN}) scale(${this.#scale})` });
@@ -239,11 +245,12 @@ export class SiteMap {
   // Doors may stand two cells apart: each label goes where it covers least.
   #placeLabels() {
     const { piles, doors, site } = this.#model;
-    const texts = [...doors.values()].map((door) => symbols.doorLabel(door));
+    const texts = [...doors.values()].map((door) => symbols.doorLabel(door, this.#symbolSize === 1));
     const key = `${this.#scale} ${texts} ${[...piles.keys()]}`;
     if (this.#layers.labels.key === key) return;
     this.#layers.labels.key = key;
-    const around = (at, half, below = 0) => {
+    const around = (at, size, below = 0) => {
+      const half = size * this.#symbolSize;
       const [x, y] = this.#pixels(at);
       return { x: x - half, y: y - half, width: 2 * half, height: 2 * half + below };
     };

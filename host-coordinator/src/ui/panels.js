@@ -60,9 +60,10 @@ export function updatePiles(list, model, involved, select) {
     set(node, { "data-state": state, "data-involved": involved?.piles.has(pile.id) ? "" : null });
     set(node.firstChild, { "aria-label": `Pile ${pile.id}: ${pileLine(pile)}` });
     symbols.drawPile(key.firstChild, pile);
-    const left = pile.planned_s - pile.elapsed_s;
     const charging = state === "charging";
-    say(what, charging && left > 0 ? duration(left) : state === "fault" ? pileLine(pile) : state);
+    const left = pile.planned_s - pile.elapsed_s;
+    const short = charging && left > 0 ? duration(left) : state;
+    say(what, state === "fault" ? pileLine(pile) : short);
     set(remaining, { "data-empty": charging ? null : "" });
     fill(remaining, pile.remaining);
     const next = pile.next == null ? "" : ` ‹ R${pile.next}`;
@@ -89,7 +90,7 @@ export function updateRobots(list, model, involved, select) {
       "data-involved": involved?.robots.has(robot.id) ? "" : null,
     });
     const line = robotLine(robot);
-    const lost = robot.at ? "" : ", place unknown";
+    const lost = robot.at || line === "unknown" ? "" : ", place unknown";
     set(node.firstChild, { "aria-label": `Robot ${robot.id}: ${line}${lost}, battery ${percent(robot.battery)}` });
     say(what, `${line}${lost}`);
     fill(battery, robot.battery);
@@ -98,8 +99,8 @@ export function updateRobots(list, model, involved, select) {
 }
 
 export function updateDecisions(list, model, selection, select) {
-  const create = (decision) => {
-    const item = rowButton(
+  const create = (decision) =>
+    rowButton(
       "decision",
       decision.id,
       select,
@@ -107,8 +108,6 @@ export function updateDecisions(list, model, selection, select) {
       html("span", { class: "what" }, headline(decision)),
       html("span", { class: "why" }, stage(decision.stage)),
     );
-    return item;
-  };
   reconcile(list, model.decisions, create, (item, decision) => {
     const open = selection?.kind === "decision" && selection.id === decision.id;
     set(item, { "data-involved": open ? "" : null, "data-none": decision.chosen == null ? "" : null });
@@ -135,14 +134,14 @@ function explanation(decision) {
     const index = left.findIndex((value, at) => value !== right[at]);
     return index < 0 ? a.pile - b.pile : left[index] - right[index];
   });
-  const head = ["Pile", "Verdict", "Distance", "p", "Score", "Why"];
+  const head = ["Pile", "Stage", "Distance", "p", "Score", "Verdict"];
   const cells = (row) => [
     html("th", { scope: "row" }, String(row.pile)),
-    html("td", {}, plain(row.verdict)),
+    html("td", {}, row.stage == null ? "–" : plain(row.stage)),
     html("td", { class: "number" }, row.distance == null ? "no path" : number(row.distance)),
     html("td", { class: "number" }, number(row.probability, 2)),
     html("td", { class: "number" }, number(row.score, 3)),
-    html("td", { class: "reason" }, row.reason ?? ""),
+    html("td", { class: "reason" }, row.reason ?? plain(row.verdict)),
   ];
   return html(
     "div",
@@ -150,7 +149,8 @@ function explanation(decision) {
     html(
       "p",
       {},
-      `Robot ${decision.robot} asked at ${clock(decision.at_ms)} with a reach of ${number(decision.reach)} cells: ${stage(decision.stage)}. p is how often it passes a pile.`,
+      `Robot ${decision.robot} can still drive ${number(decision.reach)} cells: ${stage(decision.stage)}. ` +
+        "p is how likely it is to work near the pile after the charge.",
     ),
     html(
       "table",

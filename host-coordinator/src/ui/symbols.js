@@ -68,18 +68,21 @@ export function drawRobot(symbol, robot) {
   say(badge.lastChild, { stranded: "!", waiting: "…", unknown: "?" }[state] ?? "");
 }
 
-/** A door: a diamond that is crossed out when closed; its label is placed by the map. */
+/** A door: a diamond that fills with congestion, a no-entry sign when closed. */
 export function doorSymbol() {
   return svg(
     "g",
     { class: "door symbol" },
-    svg("path", { class: "diamond", d: "M0-6.5 6.5 0 0 6.5-6.5 0z" }),
-    svg("path", { class: "cross", d: "M-4-4 4 4M4-4-4 4" }),
+    svg("path", { class: "diamond", d: "M0-7.5 7.5 0 0 7.5-7.5 0z" }),
+    svg("path", { class: "no-entry", d: "M-7.5 0a7.5 7.5 0 1 0 15 0a7.5 7.5 0 1 0-15 0z" }),
+    svg("path", { class: "bar", d: "M-4 0H4" }),
   );
 }
 
-export const doorLabel = (door) =>
-  door.open ? `D${door.id} ${number(door.congestion, 2)}` : `D${door.id} ${number(door.congestion, 2)} closed`;
+/** What is written beside a door; where there is little room, without its congestion. */
+export function doorLabel({ id, congestion, open }, roomy) {
+  return `D${id}${roomy ? ` ${number(congestion, 2)}` : ""}${open ? "" : " closed"}`;
+}
 
 export function drawDoor(symbol, door) {
   set(symbol, { "data-open": door.open ? "" : null });

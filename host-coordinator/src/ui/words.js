@@ -11,18 +11,18 @@ const PILES = {
 
 const ROBOTS = {
   working: "working",
-  waiting: "waiting for a pile",
-  approaching: "driving to",
-  docked: "docked at",
+  waiting: "waiting",
+  approaching: "going to",
+  docked: "at",
   stranded: "stranded",
   unknown: "unknown",
 };
 
 const STAGES = {
-  reach_all: "every free pile is in reach",
-  reach_some: "some free piles are in reach",
-  almost_charged: "no free pile is in reach, an occupied one is almost done",
-  none: "no pile can be had now",
+  reach_all: "every idle pile is within reach",
+  reach_some: "some idle piles are within reach",
+  almost_charged: "only almost charged piles are within reach",
+  none: "no usable pile is within reach",
 };
 
 /** A word of the API as people write it: one this page does not know is shown, not hidden. */
@@ -82,7 +82,6 @@ export function pileLine(pile) {
 /** One line on what a robot does. */
 export function robotLine(robot) {
   const state = robotState(robot);
-  const pile = robot.pile === null || robot.pile === undefined ? "" : ` pile ${robot.pile}`;
-  if (pile === "" && (state === "approaching" || state === "docked")) return plain(state);
-  return `${ROBOTS[state]}${state === "approaching" || state === "docked" ? pile : ""}`;
+  if (state !== "approaching" && state !== "docked") return ROBOTS[state];
+  return robot.pile == null ? state : `${ROBOTS[state]} pile ${robot.pile}`;
 }
