@@ -1,1 +1,28 @@
-//! Occupancy grids, path planners and local memorial path planning for indoor robots.
+//! Occupancy grids, path planners and local memorial path planning (LMPP) for indoor robots.
+//!
+//! Pure functions over plain data: no I/O, no async, no clock, no global. The coordinator plans
+//! with it; a robot's own computer may link it too.
+//!
+//! | module | one idea |
+//! |---|---|
+//! | [`grid`] | which cells are free |
+//! | [`moves`] | how a robot steps from cell to cell, and the one corner rule |
+//! | [`path`] | waypoints and exact lengths |
+//! | [`search`] | A* for one goal, Dijkstra for all |
+//! | [`formats`] | maps as other programs write them |
+//!
+//! ```
+//! use planning::{formats::movingai, moves::MoveSet, search::{Workspace, astar}};
+//!
+//! let grid = movingai::read_map("type octile\nheight 3\nwidth 4\nmap\n....\n.@@.\n....\n")?;
+//! let (from, to) = ((0, 0).into(), (3, 2).into());
+//! let found = astar(&grid, MoveSet::Eight, from, to, &mut Workspace::default())?;
+//! assert_eq!(found.path.length().straight, 5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod formats;
+pub mod grid;
+pub mod moves;
+pub mod path;
+pub mod search;

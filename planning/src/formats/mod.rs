@@ -1,0 +1,3 @@
+//! Maps as other programs write them.
+
+pub mod movingai;

@@ -1,0 +1,129 @@
+//! Which cells of a map are free.
+
+use std::fmt;
+
+/// A cell by column and row, from 0; x to the right and y DOWN, as in MovingAI's files.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Cell {
+    /// The column.
+    pub x: i32,
+    /// The row.
+    pub y: i32,
+}
+
+impl Cell {
+    /// The cell `dx` columns and `dy` rows on.
+    #[must_use]
+    pub const fn offset(self, dx: i32, dy: i32) -> Self {
+        Self { x: self.x.saturating_add(dx), y: self.y.saturating_add(dy) }
+    }
+}
+
+impl From<(i32, i32)> for Cell {
+    fn from((x, y): (i32, i32)) -> Self {
+        Self { x, y }
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "({}, {})", self.x, self.y)
+    }
+}
+
+/// The largest width and height of a grid, so that every cell's index fits 32 bits.
+pub const MAX_SIDE: u32 = 65_535;
+
+/// A rectangle of cells, each free or blocked; everything outside is blocked. One bit a cell.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Grid {
+    width: u32,
+    height: u32,
+    free: Vec<u64>,
+}
+
+/// A grid was asked for that is too large.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a grid of {width} x {height} cells is too large: a side is at most {MAX_SIDE}")]
+pub struct TooLarge {
+    /// The width asked for.
+    pub width: u32,
+    /// The height asked for.
+    pub height: u32,
+}
+
+impl Grid {
+    /// A grid with every cell blocked.
+    ///
+    /// # Errors
+    /// [`TooLarge`] if a side is longer than [`MAX_SIDE`].
+    pub fn blocked(width: u32, height: u32) -> Result<Self, TooLarge> {
+        if width.max(height) > MAX_SIDE {
+            return Err(TooLarge { width, height });
+        }
+        let cells = width as usize * height as usize;
+        Ok(Self { width, height, free: vec![0; cells.div_ceil(64)] })
+    }
+
+    /// Columns.
+    #[must_use]
+    pub const fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    #[must_use]
+    pub const fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The number of cells.
+    #[must_use]
+    pub const fn len(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// Whether there are no cells.
+    #[must_use]
+    pub const fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// A cell's place in arrays over the grid, row by row; `None` outside.
+    #[must_use]
+    pub fn index(&self, cell: Cell) -> Option<usize> {
+        let (x, y) = (u32::try_from(cell.x).ok()?, u32::try_from(cell.y).ok()?);
+        (x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)
+    }
+
+    /// The cell at a place in arrays over the grid, the inverse of [`Self::index`].
+    #[must_use]
+    pub const fn cell(&self, index: usize) -> Cell {
+        let width = if self.width == 0 { 1 } else { self.width as usize };
+        Cell { x: (index % width) as i32, y: (index / width) as i32 }
+    }
+
+    /// Whether a robot can be on `cell`.
+    #[must_use]
+    pub fn is_free(&self, cell: Cell) -> bool {
+        self.index(cell).is_some_and(|index| self.is_free_at(index))
+    }
+
+    pub(crate) fn is_free_at(&self, index: usize) -> bool {
+        self.free.get(index / 64).is_some_and(|word| word >> (index % 64) & 1 == 1)
+    }
+
+    /// Frees or blocks `cell`; nothing happens outside the grid.
+    pub fn set(&mut self, cell: Cell, free: bool) {
+        let Some(index) = self.index(cell) else { return };
+        if let Some(word) = self.free.get_mut(index / 64) {
+            let bit = 1 << (index % 64);
+            *word = if free { *word | bit } else { *word & !bit };
+        }
+    }
+
+    /// The free cells, row by row.
+    pub fn free_cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        (0..self.len()).filter(|&index| self.is_free_at(index)).map(|index| self.cell(index))
+    }
+}

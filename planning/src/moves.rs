@@ -1,0 +1,148 @@
+//! How a robot steps from cell to cell.
+//!
+//! **The corner rule**, here and nowhere else: a move is allowed when every cell of its bounding
+//! rectangle is free. A diagonal cuts no corner; a knight's move needs its whole 3 x 2 box.
+
+use std::{cmp::Ordering, iter::Sum, ops::Add};
+
+use crate::grid::{Cell, Grid};
+
+/// Which moves there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum MoveSet {
+    /// Straight and diagonal, 8 neighbours.
+    Eight,
+    /// Straight, diagonal and knight's moves, 16 neighbours; what LMPP's printed lengths are made of.
+    Sixteen,
+}
+
+/// One move by columns and rows.
+pub type Step = (i32, i32);
+
+const STEPS: [Step; 16] = [
+    (1, 0),
+    (-1, 0),
+    (0, 1),
+    (0, -1),
+    (1, 1),
+    (1, -1),
+    (-1, 1),
+    (-1, -1),
+    (2, 1),
+    (2, -1),
+    (-2, 1),
+    (-2, -1),
+    (1, 2),
+    (1, -2),
+    (-1, 2),
+    (-1, -2),
+];
+
+impl MoveSet {
+    /// The moves of the set.
+    #[must_use]
+    pub fn steps(self) -> &'static [Step] {
+        match self {
+            Self::Eight => &STEPS[..8],
+            Self::Sixteen => &STEPS,
+        }
+    }
+
+    /// The length of the shortest way over `dx` columns and `dy` rows where nothing is blocked.
+    #[must_use]
+    pub fn open_length(self, dx: i32, dy: i32) -> Length {
+        let (dx, dy) = (dx.unsigned_abs(), dy.unsigned_abs());
+        let (long, short) = (dx.max(dy), dx.min(dy));
+        match self {
+            Self::Eight => Length { straight: long - short, diagonal: short, knight: 0 },
+            // Beyond slope 1/2 knight's moves are mixed with straight ones, below with diagonals.
+            Self::Sixteen if long >= 2 * short => {
+                Length { straight: long - 2 * short, diagonal: 0, knight: short }
+            }
+            Self::Sixteen => Length { straight: 0, diagonal: 2 * short - long, knight: long - short },
+        }
+    }
+}
+
+/// Whether a robot may move from `from` by `step`: the corner rule.
+#[must_use]
+pub fn allowed(grid: &Grid, from: Cell, (dx, dy): Step) -> bool {
+    let (x, y) = (from.x.min(from.x + dx), from.y.min(from.y + dy));
+    (0..=dy.abs()).all(|row| (0..=dx.abs()).all(|column| grid.is_free(Cell { x: x + column, y: y + row })))
+}
+
+/// An exact length: how many moves of each kind. Lengths order by [`Self::units`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Length {
+    /// Moves of length 1.
+    pub straight: u32,
+    /// Moves of length sqrt 2.
+    pub diagonal: u32,
+    /// Moves of length sqrt 5.
+    pub knight: u32,
+}
+
+/// A length as an integer, for searches: the same on every machine. 1 cell is 2^32, which tells
+/// apart every two lengths below a thousand cells.
+pub(crate) type Cost = u64;
+
+const SQRT_5: f64 = 2.236_067_977_499_79;
+
+impl Length {
+    /// The length of one move.
+    #[must_use]
+    pub const fn of(step: Step) -> Self {
+        match (step.0.abs(), step.1.abs()) {
+            (1, 1) => Self { straight: 0, diagonal: 1, knight: 0 },
+            (0, _) | (_, 0) => Self { straight: 1, diagonal: 0, knight: 0 },
+            _ => Self { straight: 0, diagonal: 0, knight: 1 },
+        }
+    }
+
+    /// The length in cells.
+    #[must_use]
+    pub fn units(self) -> f64 {
+        f64::from(self.straight)
+            + f64::from(self.diagonal) * std::f64::consts::SQRT_2
+            + f64::from(self.knight) * SQRT_5
+    }
+
+    pub(crate) const fn cost(self) -> Cost {
+        // 2^32 times 1, sqrt 2 and sqrt 5, rounded.
+        self.straight as Cost * 4_294_967_296
+            + self.diagonal as Cost * 6_074_001_000
+            + self.knight as Cost * 9_603_838_835
+    }
+}
+
+impl Ord for Length {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.cost().cmp(&other.cost()).then_with(|| {
+            (self.straight, self.diagonal, self.knight).cmp(&(other.straight, other.diagonal, other.knight))
+        })
+    }
+}
+
+impl PartialOrd for Length {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Add for Length {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            straight: self.straight + other.straight,
+            diagonal: self.diagonal + other.diagonal,
+            knight: self.knight + other.knight,
+        }
+    }
+}
+
+impl Sum for Length {
+    fn sum<I: Iterator<Item = Self>>(lengths: I) -> Self {
+        lengths.fold(Self::default(), Add::add)
+    }
+}
