@@ -7,9 +7,9 @@
 #[cfg(not(all(target_arch = "arm", target_os = "none")))]
 compile_error!("this image runs on an ARM core: build it with `cargo xtask firmware`");
 
-use embassy_executor::Spawner;
+use cortex_m_rt::entry;
 use firmware_pile::board::emulated::{
-    Board, LoggedContactor, Uart, UartReceiver, UartSender, VolatileMemory, boot_epoch,
+    Board, LoggedContactor, Uart, UartReceiver, UartSender, VolatileMemory, boot_epoch, execute,
 };
 use firmware_pile::reader::r200::R200;
 use firmware_pile::tasks::{self, Inbox, Outbox};
@@ -30,18 +30,20 @@ const POWER_W: f32 = 1000.0;
 static INBOX: Inbox = Inbox::new();
 static OUTBOX: Outbox = Outbox::new();
 
-#[embassy_executor::main]
-async fn main(spawner: Spawner) {
+#[entry]
+fn main() -> ! {
     let Some(Board { link, reader, contactor, memory }) = Board::take() else {
         defmt::panic!("the board has been taken before");
     };
     let (receiver, sender) = link.split();
     let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
     defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
-    spawner.spawn(defmt::unwrap!(listen(receiver)));
-    spawner.spawn(defmt::unwrap!(speak(sender)));
-    spawner.spawn(defmt::unwrap!(watch(reader)));
-    spawner.spawn(defmt::unwrap!(run(parameters, contactor, memory)));
+    execute(|spawner| {
+        spawner.spawn(defmt::unwrap!(listen(receiver)));
+        spawner.spawn(defmt::unwrap!(speak(sender)));
+        spawner.spawn(defmt::unwrap!(watch(reader)));
+        spawner.spawn(defmt::unwrap!(run(parameters, contactor, memory)));
+    })
 }
 
 #[embassy_executor::task]

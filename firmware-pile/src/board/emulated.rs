@@ -6,10 +6,12 @@
 
 mod clock;
 mod contacts;
+mod executor;
 mod memory;
 mod uart;
 
 pub use contacts::LoggedContactor;
+pub use executor::execute;
 pub use memory::{VolatileMemory, boot_epoch};
 pub use uart::{Uart, UartReceiver, UartSender};
 
