@@ -17,6 +17,7 @@ let selection = null;
 let link = { state: "connecting" };
 let scheduled = false;
 let rebuilt = false;
+let failure = null;
 
 /** Selects a pile, robot or decision; the same once more, or null, selects nothing. */
 function select(kind, id) {
@@ -65,16 +66,18 @@ function draw() {
 
 function drawAlarm() {
   const { state, retryAt } = link;
+  const seconds = Math.ceil((retryAt - Date.now()) / 1000);
+  const retry = seconds > 0 ? `trying again in ${seconds} s` : "trying again";
   set($("#link"), { "data-link": state });
-  say($("#link"), { live: "live", connecting: "connecting", lost: "disconnected" }[state]);
+  say($("#link"), state === "lost" ? `disconnected, ${retry}` : state);
   set(document.body, { "data-stale": state === "lost" ? "" : null });
+  // An alarm is read out whenever its text changes, so that the countdown stands elsewhere.
   const alarms = [];
   if (state === "lost") {
-    const seconds = Math.max(0, Math.ceil((retryAt - Date.now()) / 1000));
-    const then = seconds > 0 ? `Trying again in ${seconds} s.` : "Trying again.";
     const age = model.now === null ? "" : ` What you see is from ${clock(model.now)}.`;
-    alarms.push(`No connection to the coordinator. ${then}${age}`);
+    alarms.push(`No connection to the coordinator.${age}`);
   }
+  if (failure) alarms.push(`This page failed and may show old data. Reload it. (${failure})`);
   if (model.degraded) alarms.push(`Degraded: ${model.degraded}`);
   $("#alarm").hidden = alarms.length === 0;
   say($("#alarm"), alarms.join("\n"));
@@ -95,6 +98,11 @@ function drawWarnings() {
 
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") select(null);
+});
+// A page that has stopped drawing must not look alive.
+window.addEventListener("error", ({ message }) => {
+  failure = message;
+  drawAlarm();
 });
 // The countdown to the next attempt.
 setInterval(() => {

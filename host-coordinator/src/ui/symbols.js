@@ -32,7 +32,7 @@ export function drawPile(symbol, pile) {
   const share = state === "charging" ? Math.min(1, Math.max(0, pile.remaining || 0)) : 0;
   set(remaining, { "stroke-dasharray": `${share * 100} 100` });
   say(id, String(pile.id));
-  say(word, state === "charging" ? percent(pile.remaining) : state);
+  say(word, state === "charging" ? `${percent(pile.remaining)} to go` : state);
 }
 
 /** A robot: a battery with its id on it and a badge when it needs a look. */
@@ -65,7 +65,7 @@ export function drawRobot(symbol, robot) {
   const share = Math.min(1, Math.max(0, robot.battery || 0));
   set(battery, { width: (BODY.width * share).toFixed(1) });
   say(id, `R${robot.id}`);
-  say(badge.lastChild, { stranded: "!", waiting: "…", unknown: "?" }[state] ?? "");
+  say(badge.lastChild, { stranded: "!", waiting: "···", unknown: "?" }[state] ?? "");
 }
 
 /** A door: a diamond that fills with congestion, a no-entry sign when closed. */

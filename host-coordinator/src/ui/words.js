@@ -30,8 +30,10 @@ export const plain = (word) => String(word ?? "unknown").replaceAll("_", " ");
 export const stage = (word) => STAGES[word] ?? plain(word);
 
 /** Which of the states that this page can draw; any other is unknown. */
-export const pileState = (pile) => (pile.availability in PILES ? pile.availability : "unknown");
-export const robotState = (robot) => (robot.activity in ROBOTS ? robot.activity : "unknown");
+export const pileState = (pile) =>
+  Object.hasOwn(PILES, pile.availability) ? pile.availability : "unknown";
+export const robotState = (robot) =>
+  Object.hasOwn(ROBOTS, robot.activity) ? robot.activity : "unknown";
 
 const known = (value) => typeof value === "number" && Number.isFinite(value);
 export const number = (value, digits = 1) => (known(value) ? value.toFixed(digits) : "–");
