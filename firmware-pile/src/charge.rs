@@ -72,3 +72,51 @@ impl Charge {
         self.elapsed.0 >= self.planned.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn energy(joules: f32) -> EnergyJ {
+        EnergyJ::new(joules).unwrap()
+    }
+
+    #[test]
+    fn the_planned_time_sums_over_robots_and_adds_eta() {
+        let needs = [energy(1_000.0), energy(500.0)];
+        assert_eq!(planned_time(needs, 50.0, DurationMs(4_000)), DurationMs(34_000));
+        assert_eq!(planned_time([], 50.0, DurationMs(4_000)), DurationMs(4_000));
+    }
+
+    #[test]
+    fn a_pile_without_power_charges_for_no_time() {
+        for power_w in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
+            assert_eq!(planned_time([energy(1_000.0)], power_w, DurationMs(4_000)), DurationMs(0));
+        }
+    }
+
+    #[test]
+    fn the_remaining_share_falls_from_one_to_nothing() {
+        let planned = DurationMs(8_000);
+        let shares = [0, 2_000, 4_000, 8_000, 9_000].map(|ms| remaining(planned, DurationMs(ms)).get());
+        assert_eq!(shares, [1.0, 0.75, 0.5, 0.0, 0.0]);
+        assert_eq!(remaining(DurationMs(0), DurationMs(0)), Fraction::MIN);
+    }
+
+    proptest! {
+        #[test]
+        fn the_remaining_share_never_rises(planned: u32, elapsed: u32, more: u32) {
+            let later = DurationMs(elapsed.saturating_add(more));
+            prop_assert!(remaining(DurationMs(planned), later) <= remaining(DurationMs(planned), DurationMs(elapsed)));
+        }
+
+        #[test]
+        fn more_energy_never_takes_less_time(joules in 0.0f32..1.0e9, more in 0.0f32..1.0e9, power_w: f32) {
+            let time = |joules| planned_time([EnergyJ::clamped(joules)], power_w, DurationMs(100));
+            prop_assert!(time(joules) <= time(joules + more));
+            prop_assert!(time(joules + more) <= DurationMs::MAX);
+        }
+    }
+}

@@ -43,6 +43,12 @@ impl Faults {
         self.set(FaultCode::ReaderSilent, false);
     }
 
+    /// Whether the reader has answered within `time`, so that a tag it does not see is not there.
+    #[must_use]
+    pub fn reader_answered_within(&self, now: Millis, time: DurationMs) -> bool {
+        self.reader_heard.is_some_and(|heard| now.since(heard) < time)
+    }
+
     /// Time has passed; the reader's silence counts from the first call.
     pub fn tick(&mut self, now: Millis) {
         let heard = *self.reader_heard.get_or_insert(now);
@@ -92,5 +98,65 @@ impl Faults {
         } else if let Some(last) = self.untold.iter().rposition(|(other, _)| *other == code) {
             self.untold.remove(last);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changes(faults: &mut Faults) -> std::vec::Vec<(FaultCode, bool)> {
+        core::iter::from_fn(|| faults.take_change()).collect()
+    }
+
+    #[test]
+    fn a_reader_is_silent_after_its_timeout_and_heals_when_it_answers() {
+        let mut faults = Faults::new();
+        faults.tick(Millis(1_000));
+        faults.tick(Millis(5_999));
+        assert_eq!(faults.active(), []);
+        faults.tick(Millis(6_000));
+        assert_eq!(faults.active(), [FaultCode::ReaderSilent]);
+        faults.reader_answered(Millis(6_100));
+        assert_eq!(faults.active(), []);
+        assert_eq!(changes(&mut faults), [(FaultCode::ReaderSilent, true), (FaultCode::ReaderSilent, false)]);
+    }
+
+    #[test]
+    fn a_contactor_has_its_time_after_every_switch() {
+        let mut faults = Faults::new();
+        faults.contactor_found(Millis(0), false, true);
+        faults.contactor_found(Millis(499), false, true);
+        faults.contactor_switched();
+        faults.contactor_found(Millis(600), true, false);
+        faults.contactor_found(Millis(1_099), true, false);
+        assert_eq!(faults.active(), []);
+    }
+
+    #[test]
+    fn a_welded_contactor_heals_and_one_that_will_not_close_does_not() {
+        let mut faults = Faults::new();
+        faults.contactor_found(Millis(0), true, false);
+        faults.contactor_found(Millis(500), true, false);
+        assert_eq!(faults.active(), [FaultCode::ContactorWelded]);
+        faults.contactor_found(Millis(600), false, false);
+        assert_eq!(faults.active(), []);
+        faults.contactor_found(Millis(700), false, true);
+        faults.contactor_found(Millis(1_200), false, true);
+        faults.contactor_found(Millis(1_300), false, false);
+        assert_eq!(faults.active(), [FaultCode::ContactorStuckOpen]);
+    }
+
+    #[test]
+    fn a_fault_that_flutters_is_told_as_come_and_gone() {
+        let mut faults = Faults::new();
+        faults.tick(Millis(0));
+        for flutter in 1..100 {
+            faults.tick(Millis(flutter * 5_000));
+            faults.reader_answered(Millis(flutter * 5_000));
+        }
+        assert_eq!(changes(&mut faults), [(FaultCode::ReaderSilent, true), (FaultCode::ReaderSilent, false)]);
+        faults.tick(Millis(600_000));
+        assert_eq!(changes(&mut faults), [(FaultCode::ReaderSilent, true)]);
     }
 }

@@ -9,7 +9,7 @@
 //! Before the robot has arrived the lease ends at its expiry. A charge under way has to tell a
 //! coordinator that chose not to extend the lease from one that is lost, because without a
 //! coordinator the pile finishes the charge it is in. So from the expiry on the pile asks for the
-//! time every second, and the charge ends [`EXTENSION_GRACE`] after the coordinator is first heard
+//! time every few seconds, and the charge ends [`EXTENSION_GRACE`] after the coordinator is first heard
 //! past the expiry, unless it extends the lease in between. A coordinator that comes back has the
 //! grace to take its leases over; while it stays silent the charge runs to its planned end and no
 //! further. Nothing new is granted without it.

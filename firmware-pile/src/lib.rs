@@ -13,6 +13,7 @@
 //! | module | one idea |
 //! |---|---|
 //! | [`pile`] | the core: which input concerns which room, and what is said to others |
+//! | [`parameters`] | what differs from pile to pile |
 //! | [`lease`] | who may use the pile, and which commands are obeyed |
 //! | [`charge`] | how long a charge takes and how much of it is left (LMPP eqs. 1, 2) |
 //! | [`presence`] | which tags stand at the contacts |
@@ -20,6 +21,8 @@
 //! | [`faults`] | what can break, and how it is noticed |
 //! | [`passes`] | how often robots pass, by period of the day (LMPP eqs. 4, 8) |
 //! | [`table`] | what all piles said of themselves (LMPP Figs. 1 to 3) |
+//! | [`gossip`] | which part of that is told to the other piles when |
+//! | [`voice`] | what a pile says of itself to the coordinator, and when |
 //! | [`reports`] | reports that are repeated until acknowledged |
 //! | [`clock`] | the site's time |
 //! | [`reader`] | the RFID readers |
@@ -32,7 +35,9 @@ pub mod board;
 pub mod charge;
 pub mod clock;
 pub mod faults;
+pub mod gossip;
 pub mod lease;
+pub mod parameters;
 pub mod passes;
 pub mod pile;
 pub mod presence;
@@ -42,5 +47,7 @@ pub mod safety;
 pub mod table;
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod tasks;
+pub mod voice;
 
-pub use pile::{ChargingPile, Contactor, Input, Outgoing, Outputs, Parameters, TagRead, To};
+pub use parameters::Parameters;
+pub use pile::{ChargingPile, Contactor, Input, Outgoing, Outputs, TagRead, To};

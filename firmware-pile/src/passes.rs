@@ -106,3 +106,111 @@ impl PassCounter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const BAND: RssiBand = RssiBand { enter_dbm: -70, leave_dbm: -76 };
+    const PER_APPROACH: PassRule = PassRule::PerApproach { band: BAND, gap: DurationMs(3_000) };
+    const HOUR: u64 = 3_600_000;
+
+    fn tag(number: u16) -> TagId {
+        let [high, low] = number.to_be_bytes();
+        TagId([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, high, low])
+    }
+
+    /// All that was counted, report by report.
+    fn taken(counter: &mut PassCounter) -> std::vec::Vec<PassCount> {
+        let reports = core::iter::from_fn(|| Some(counter.take(Some(0))).filter(|report| !report.is_empty()));
+        reports.flatten().collect()
+    }
+
+    fn total(counter: &mut PassCounter) -> u32 {
+        taken(counter).iter().map(|count| count.passes).sum()
+    }
+
+    #[test]
+    fn a_parked_robot_passes_once_but_gives_a_sample_a_read() {
+        for (rule, passes) in [(PER_APPROACH, 1), (PassRule::PerSample, 1_000)] {
+            let mut counter = PassCounter::new(rule);
+            (0..1_000).for_each(|read| counter.read(Millis(read * 100), Some(0), tag(1), -60));
+            assert_eq!(total(&mut counter), passes, "{rule:?}");
+        }
+    }
+
+    #[test]
+    fn flutter_at_the_fields_edge_is_one_approach() {
+        let mut counter = PassCounter::new(PER_APPROACH);
+        for read in 0..200 {
+            let rssi_dbm = if read % 2 == 0 { -70 } else { -78 };
+            counter.read(Millis(read * 500), Some(0), tag(1), rssi_dbm);
+        }
+        assert_eq!(total(&mut counter), 1);
+    }
+
+    #[test]
+    fn a_robot_that_was_away_for_the_gap_passes_again() {
+        let mut counter = PassCounter::new(PER_APPROACH);
+        for now in [0, 2_999, 5_999, 8_998] {
+            counter.read(Millis(now), Some(0), tag(1), -60);
+        }
+        // 5999 is exactly the gap after 2999.
+        assert_eq!(total(&mut counter), 2);
+    }
+
+    #[test]
+    fn robots_and_periods_are_counted_apart() {
+        let mut counter = PassCounter::new(PassRule::PerSample);
+        for (robot, period) in [(1, 0), (2, 0), (1, 1), (1, 1)] {
+            counter.read(Millis(0), Some(period), tag(robot), -60);
+        }
+        let count = |robot, period, passes| PassCount { tag: tag(robot), period, passes };
+        assert_eq!(taken(&mut counter), [count(1, 0, 1), count(2, 0, 1), count(1, 1, 2)]);
+    }
+
+    #[test]
+    fn passes_before_the_time_is_known_wait_for_it() {
+        let mut counter = PassCounter::new(PassRule::PerSample);
+        counter.read(Millis(0), None, tag(1), -60);
+        assert!(counter.take(None).is_empty());
+        assert_eq!(counter.take(Some(5)).as_slice(), [PassCount { tag: tag(1), period: 5, passes: 1 }]);
+    }
+
+    #[test]
+    fn a_full_table_still_counts_every_pass() {
+        let mut counter = PassCounter::new(PassRule::PerSample);
+        (0..100).for_each(|robot| counter.read(Millis(0), Some(0), tag(robot), -60));
+        (0..100).for_each(|robot| counter.read(Millis(0), Some(1), tag(robot), -60));
+        assert_eq!(counter.unattributed(), 72);
+        assert_eq!(total(&mut counter), 128);
+    }
+
+    #[test]
+    fn periods_are_floored_and_wrap_at_midnight() {
+        let two_hours = DurationMs(7_200_000);
+        let hours = [0, 1, 2, 3, 23, 24, 26].map(|hour| period_of(SiteMillis(hour * HOUR), two_hours, 12));
+        assert_eq!(hours, [0, 0, 1, 1, 11, 0, 1]);
+        assert_eq!(period_of(SiteMillis(2 * HOUR - 1), two_hours, 12), 0);
+        assert_eq!(period_of(SiteMillis(HOUR), DurationMs(0), 12), 0);
+        assert_eq!(period_of(SiteMillis(HOUR), two_hours, 0), 0);
+    }
+
+    proptest! {
+        #[test]
+        fn no_pass_is_lost_by_reporting(reads in prop::collection::vec((0u16..80, 0u16..3, prop::bool::ANY), 0..400)) {
+            let mut counter = PassCounter::new(PassRule::PerSample);
+            let mut reported = 0;
+            for &(robot, period, report) in &reads {
+                counter.read(Millis(0), Some(period), tag(robot), -60);
+                if report {
+                    reported += counter.take(Some(0)).iter().map(|count| count.passes).sum::<u32>();
+                }
+            }
+            let unattributed = counter.unattributed();
+            prop_assert_eq!(reported + total(&mut counter) + unattributed, u32::try_from(reads.len()).unwrap());
+        }
+    }
+}

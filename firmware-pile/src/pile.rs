@@ -5,76 +5,29 @@
 
 use heapless::Vec;
 use protocol::{
-    Ack, Availability, BootEpoch, DeviceId, DurationMs, EndReason, Epoch, Frame, Hello, Message, Millis,
-    Nack, PileId, PileRow, PileState, Reference, TagId, limits, version,
+    Ack, Availability, DeviceId, DurationMs, EndReason, Epoch, Frame, Message, Millis, Nack, PileRow,
+    PileState, Reference, TagId,
 };
 
 use crate::{
     charge::{self, Charge},
     clock::SiteClock,
     faults::Faults,
+    gossip::Gossip,
     lease::{Answer, Leases, Place},
-    passes::{PassCounter, PassRule, period_of},
-    presence::{Presence, RssiBand},
+    parameters::Parameters,
+    passes::{PassCounter, period_of},
+    presence::Presence,
     reports::Reports,
     safety,
-    table::{Gossip, PileTable},
+    table::PileTable,
+    voice::Voice,
 };
 
 /// The most messages a step sends: one of each kind.
 pub const MESSAGES_PER_STEP: usize = 8;
 /// Tags that can stand at the contacts at a time.
 const MAX_DOCKED: usize = 4;
-/// The charge state is told at the latest when it has changed by this share.
-const REMAINING_STEP: f32 = 0.01;
-
-/// What differs from pile to pile.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameters {
-    /// Which pile this is.
-    pub pile: PileId,
-    /// Which of its starts this is, from non-volatile memory.
-    pub boot: BootEpoch,
-    /// The highest epoch seen before this start, from non-volatile memory.
-    pub highest_epoch: Epoch,
-    /// What the pile gives a robot, in watts (g_pertime of LMPP eq. 2).
-    pub power_w: f32,
-    /// The adjustment of the planned time (eta of eq. 2).
-    pub eta: DurationMs,
-    /// The length of a period of the day (lambda of eq. 8).
-    pub period: DurationMs,
-    /// How many periods make a day.
-    pub periods: u16,
-    /// What counts as a pass (eq. 4).
-    pub pass_rule: PassRule,
-    /// The signal strengths at which a tag stands at the contacts and has left them.
-    pub docked: RssiBand,
-    /// A tag that was not read for this long has left the contacts.
-    pub tag_timeout: DurationMs,
-}
-
-impl Parameters {
-    /// Usual values for a pile in its first start: two-hour periods as in the paper's example, a
-    /// reader whose field is about 3 m deep.
-    #[must_use]
-    pub const fn new(pile: PileId, power_w: f32) -> Self {
-        Self {
-            pile,
-            boot: BootEpoch(1),
-            highest_epoch: Epoch(0),
-            power_w,
-            eta: DurationMs(5_000),
-            period: DurationMs(7_200_000),
-            periods: 12,
-            pass_rule: PassRule::PerApproach {
-                band: RssiBand { enter_dbm: -70, leave_dbm: -76 },
-                gap: DurationMs(3_000),
-            },
-            docked: RssiBand { enter_dbm: -60, leave_dbm: -66 },
-            tag_timeout: DurationMs(2_000),
-        }
-    }
-}
 
 /// A tag the reader has read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,6 +84,9 @@ pub struct Outgoing {
     pub message: Message,
 }
 
+/// The messages of a step.
+pub type Messages = Vec<Outgoing, MESSAGES_PER_STEP>;
+
 /// What a step asks of the shell: the contactor first, then the memory, then the messages.
 #[derive(Clone, Debug)]
 pub struct Outputs {
@@ -139,7 +95,7 @@ pub struct Outputs {
     /// An epoch that must be in non-volatile memory before the messages go out.
     pub store_epoch: Option<Epoch>,
     /// What to send, in order.
-    pub messages: Vec<Outgoing, MESSAGES_PER_STEP>,
+    pub messages: Messages,
 }
 
 /// A charging pile.
@@ -159,15 +115,6 @@ pub struct ChargingPile {
     table: PileTable,
     gossip: Gossip,
     voice: Voice,
-}
-
-/// What was said last, and when.
-#[derive(Clone, Debug)]
-struct Voice {
-    state: PileState,
-    state_at: Option<Millis>,
-    hello_at: Option<Millis>,
-    greeted: bool,
     stored_epoch: Epoch,
 }
 
@@ -197,13 +144,14 @@ impl ChargingPile {
             reports: Reports::new(),
             table: PileTable::new(),
             gossip: Gossip::new(),
-            voice: Voice {
-                state: PileState { row, elapsed: DurationMs(0), holder: None, energised: false, ended: None },
-                state_at: None,
-                hello_at: None,
-                greeted: false,
-                stored_epoch: parameters.highest_epoch,
-            },
+            voice: Voice::new(PileState {
+                row,
+                elapsed: DurationMs(0),
+                holder: None,
+                energised: false,
+                ended: None,
+            }),
+            stored_epoch: parameters.highest_epoch,
         }
     }
 
@@ -217,8 +165,8 @@ impl ChargingPile {
         self.speak(&mut messages);
 
         let epoch = self.leases.highest_epoch();
-        let store_epoch = (epoch > self.voice.stored_epoch).then_some(epoch);
-        self.voice.stored_epoch = epoch;
+        let store_epoch = (epoch > self.stored_epoch).then_some(epoch);
+        self.stored_epoch = epoch;
         Outputs { contactor: self.contactor, store_epoch, messages }
     }
 
@@ -237,7 +185,7 @@ impl ChargingPile {
     /// The pile's row of the table as it was last told.
     #[must_use]
     pub const fn row(&self) -> PileRow {
-        self.voice.state.row
+        self.voice.told().row
     }
 
     /// Whether the contactor is told to be closed.
@@ -274,7 +222,7 @@ impl ChargingPile {
         }
     }
 
-    fn take(&mut self, input: Input<'_>, messages: &mut Vec<Outgoing, MESSAGES_PER_STEP>) {
+    fn take(&mut self, input: Input<'_>, messages: &mut Messages) {
         match input {
             Input::Tick => {}
             Input::Tag(TagRead { tag, rssi_dbm }) => {
@@ -298,16 +246,20 @@ impl ChargingPile {
         }
     }
 
-    fn hear_coordinator(&mut self, message: &Message, messages: &mut Vec<Outgoing, MESSAGES_PER_STEP>) {
+    fn hear_coordinator(&mut self, message: &Message, messages: &mut Messages) {
         self.leases.coordinator_heard(self.now, self.clock.site_now(self.now));
         match message {
-            Message::Hello(hello) => self.greet(hello, messages),
+            Message::Hello(hello) => {
+                self.leases.see_epoch(hello.epoch);
+                if self.voice.greeted(self.now) {
+                    self.say_hello(messages);
+                }
+            }
             Message::Grant(grant) => {
-                let stranger = self.presence.tags(self.now).any(|tag| tag != grant.tag);
                 let place = Place {
                     site_now: self.clock.site_now(self.now),
                     faulted: !self.faults.active().is_empty(),
-                    occupied: stranger,
+                    occupied: self.is_taken_from(grant.tag),
                 };
                 let Parameters { power_w, eta, .. } = self.parameters;
                 let planned = charge::planned_time([grant.energy], power_w, eta);
@@ -325,14 +277,9 @@ impl ChargingPile {
         }
     }
 
-    /// The coordinator's Hello answers ours, or is the first of its start and wants ours. Ours
-    /// is held back while the last is fresh, so that two answers never chase each other.
-    fn greet(&mut self, hello: &Hello, messages: &mut Vec<Outgoing, MESSAGES_PER_STEP>) {
-        self.leases.see_epoch(hello.epoch);
-        if self.voice.greeted && self.is_due(self.voice.hello_at, limits::REPEAT_INTERVAL) {
-            self.say_hello(messages);
-        }
-        self.voice.greeted = true;
+    /// Whether a robot stands here, or has not yet gone, that is not the one with `tag`.
+    fn is_taken_from(&self, tag: TagId) -> bool {
+        self.presence.tags(self.now).chain(self.served).any(|standing| standing != tag)
     }
 
     /// Rows about this pile are its own to write.
@@ -345,7 +292,7 @@ impl ChargingPile {
     /// Ends what is over, begins what can begin, and commands the contactor.
     fn settle(&mut self) {
         self.faults.tick(self.now);
-        if self.served.is_some_and(|tag| !self.presence.contains(self.now, tag)) {
+        if self.served.is_some_and(|tag| self.has_left(tag)) {
             self.served = None;
         }
         if let Some(reason) = self.end_of_lease() {
@@ -378,60 +325,45 @@ impl ChargingPile {
             Some(EndReason::Fault)
         } else if lease.has_run_out(self.now, site_now) {
             Some(EndReason::Expired)
-        } else if lease.charge.is_some() && !self.presence.contains(self.now, lease.tag) {
+        } else if lease.charge.is_some() && self.has_left(lease.tag) {
             Some(EndReason::RobotLeft)
         } else {
             None
         }
     }
 
-    fn speak(&mut self, messages: &mut Vec<Outgoing, MESSAGES_PER_STEP>) {
-        if !self.voice.greeted && self.is_due(self.voice.hello_at, limits::REPEAT_INTERVAL) {
+    /// Whether `tag` is gone and not just unseen by a reader that has fallen silent.
+    fn has_left(&self, tag: TagId) -> bool {
+        !self.presence.contains(self.now, tag)
+            && self.faults.reader_answered_within(self.now, self.parameters.tag_timeout)
+    }
+
+    fn speak(&mut self, messages: &mut Messages) {
+        if self.voice.hello_is_due(self.now) {
             self.say_hello(messages);
         }
-        if let Some(request) = self.clock.request(self.now, self.lease_is_overdue()) {
+        let site_now = self.clock.site_now(self.now);
+        let overdue = self.leases.current().zip(site_now).is_some_and(|(lease, now)| now >= lease.expiry);
+        if let Some(request) = self.clock.request(self.now, overdue) {
             say(messages, To::Coordinator, Message::TimeRequest(request));
         }
-        self.say_state(messages);
+        let told = self.voice.tell(self.now, site_now, self.state());
+        if let Some(told) = told {
+            say(messages, To::Coordinator, Message::PileState(told.state));
+        }
         let period = self.period();
         if let Some(report) = self.reports.due(self.now, period, &mut self.faults, &mut self.passes) {
             say(messages, To::Coordinator, report);
         }
-        if let Some(part) = self.gossip.part(self.now, &self.voice.state.row, &self.table) {
+        let changed = told.is_some_and(|told| told.changed);
+        if let Some(part) = self.gossip.part(self.now, changed, self.row(), &self.table) {
             say(messages, To::Peers, Message::PileTable(part));
         }
     }
 
-    fn say_hello(&mut self, messages: &mut Vec<Outgoing, MESSAGES_PER_STEP>) {
-        let part = |text: &str| text.parse().unwrap_or(0);
-        let software = [
-            part(env!("CARGO_PKG_VERSION_MAJOR")),
-            part(env!("CARGO_PKG_VERSION_MINOR")),
-            part(env!("CARGO_PKG_VERSION_PATCH")),
-        ];
-        let epoch = self.leases.highest_epoch();
-        let hello = Hello { min: version::MIN, current: version::CURRENT, software, epoch };
-        self.voice.hello_at = Some(self.now);
+    fn say_hello(&mut self, messages: &mut Messages) {
+        let hello = self.voice.hello(self.now, self.leases.highest_epoch());
         say(messages, To::Coordinator, Message::Hello(hello));
-    }
-
-    /// Tells the state if it has changed, or was told long ago (LMPP Fig. 1).
-    fn say_state(&mut self, messages: &mut Vec<Outgoing, MESSAGES_PER_STEP>) {
-        let told = self.voice.state;
-        let mut state = self.state();
-        let changed = (state.holder, state.energised, state.ended, state.row.availability, state.row.planned)
-            != (told.holder, told.energised, told.ended, told.row.availability, told.row.planned)
-            || (state.row.remaining.get() - told.row.remaining.get()).abs() >= REMAINING_STEP;
-        if !changed && !self.is_due(self.voice.state_at, limits::STATE_INTERVAL) {
-            return;
-        }
-        if state.row != told.row {
-            state.row.version = told.row.version.saturating_add(1);
-            state.row.stamp = self.clock.site_now(self.now);
-        }
-        self.voice.state = state;
-        self.voice.state_at = Some(self.now);
-        say(messages, To::Coordinator, Message::PileState(state));
     }
 
     /// The state as it is, with the version and stamp of the row that was told last.
@@ -443,7 +375,7 @@ impl ChargingPile {
                 availability: self.availability(),
                 remaining: charge.remaining(),
                 planned: charge.planned(),
-                ..self.voice.state.row
+                ..self.row()
             },
             elapsed: charge.elapsed(),
             holder: lease.map(|lease| lease.name),
@@ -456,15 +388,6 @@ impl ChargingPile {
         let site_now = self.clock.site_now(self.now)?;
         Some(period_of(site_now, self.parameters.period, self.parameters.periods))
     }
-
-    fn lease_is_overdue(&self) -> bool {
-        let site_now = self.clock.site_now(self.now);
-        self.leases.current().zip(site_now).is_some_and(|(lease, site_now)| site_now >= lease.expiry)
-    }
-
-    fn is_due(&self, last: Option<Millis>, interval: DurationMs) -> bool {
-        last.is_none_or(|last| self.now.since(last) >= interval)
-    }
 }
 
 fn answered(of: Reference, answer: Answer) -> Message {
@@ -474,7 +397,7 @@ fn answered(of: Reference, answer: Answer) -> Message {
     }
 }
 
-fn say(messages: &mut Vec<Outgoing, MESSAGES_PER_STEP>, to: To, message: Message) {
+fn say(messages: &mut Messages, to: To, message: Message) {
     // It fits: a step sends each kind of message at most once, and they are fewer than the room.
     let _ = messages.push(Outgoing { to, message });
 }

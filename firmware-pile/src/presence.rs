@@ -79,3 +79,48 @@ impl<const N: usize> Presence<N> {
         self.present.retain(|sighting| now.since(sighting.last) < self.timeout);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BAND: RssiBand = RssiBand { enter_dbm: -60, leave_dbm: -66 };
+
+    fn tag(number: u8) -> TagId {
+        TagId([number; 12])
+    }
+
+    fn presence() -> Presence<2> {
+        Presence::new(BAND, DurationMs(2_000))
+    }
+
+    #[test]
+    fn a_tag_enters_strong_and_stays_a_little_weaker() {
+        let mut presence = presence();
+        assert!(!presence.read(Millis(0), tag(1), -61));
+        assert!(presence.read(Millis(100), tag(1), -60));
+        assert!(!presence.read(Millis(2_000), tag(1), -66));
+        assert!(presence.contains(Millis(3_999), tag(1)));
+        assert!(!presence.contains(Millis(4_000), tag(1)));
+    }
+
+    #[test]
+    fn a_tag_heard_only_from_afar_has_left() {
+        let mut presence = presence();
+        presence.read(Millis(0), tag(1), -50);
+        (1..30).for_each(|tick| assert!(!presence.read(Millis(tick * 100), tag(1), -67)));
+        assert!(!presence.contains(Millis(2_900), tag(1)));
+    }
+
+    #[test]
+    fn one_tag_too_many_takes_the_place_of_the_one_read_longest_ago() {
+        let mut presence = presence();
+        presence.read(Millis(0), tag(1), -50);
+        presence.read(Millis(1), tag(2), -50);
+        presence.read(Millis(2), tag(1), -50);
+        presence.read(Millis(3), tag(3), -50);
+        let mut here: std::vec::Vec<_> = presence.tags(Millis(3)).collect();
+        here.sort();
+        assert_eq!(here, [tag(1), tag(3)]);
+    }
+}

@@ -9,7 +9,7 @@
 use core::cmp::Ordering;
 
 use heapless::Vec;
-use protocol::{BootEpoch, DurationMs, Millis, PileId, PileRow, limits};
+use protocol::{PileId, PileRow};
 
 /// The largest number of rows. Of more piles the ones with the lowest numbers are kept, which
 /// keeps merging independent of order.
@@ -77,47 +77,98 @@ fn age(a: &PileRow, b: &PileRow) -> Ordering {
     key(a).cmp(&key(b))
 }
 
-/// How often a part of the table is sent even if nothing has changed.
-pub const GOSSIP_INTERVAL: DurationMs = DurationMs(5_000);
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use protocol::{Availability, BootEpoch, DurationMs, Fraction, SiteMillis};
 
-/// Chooses which part of the table is sent when: the pile's own row with every part, at once when
-/// it has changed; the others in turn.
-#[derive(Clone, Debug, Default)]
-pub struct Gossip {
-    told: Option<(Millis, BootEpoch, u32)>,
-    last_pile: Option<PileId>,
-}
+    use super::*;
 
-impl Gossip {
-    /// Nothing was sent yet.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { told: None, last_pile: None }
+    fn row(pile: u16, boot: u32, version: u32) -> PileRow {
+        PileRow {
+            pile: PileId(pile),
+            boot: BootEpoch(boot),
+            version,
+            stamp: None,
+            availability: Availability::Free,
+            remaining: Fraction::MIN,
+            planned: DurationMs(0),
+        }
     }
 
-    /// The part to send now, if one is due.
-    pub fn part(&mut self, now: Millis, own: &PileRow, table: &PileTable) -> Option<protocol::PileTable> {
-        if let Some((at, boot, version)) = self.told
-            && (boot, version) == (own.boot, own.version)
-            && now.since(at) < GOSSIP_INTERVAL
-        {
-            return None;
-        }
-        self.told = Some((now, own.boot, own.version));
+    #[test]
+    fn a_restarted_pile_is_newer_whatever_its_versions_were() {
+        let mut table = PileTable::new();
+        assert!(table.merge_row(row(1, 1, 900)));
+        assert!(table.merge_row(row(1, 2, 1)));
+        assert!(!table.merge_row(row(1, 1, 901)));
+        assert_eq!(table.get(PileId(1)), Some(&row(1, 2, 1)));
+    }
 
-        let mut rows = Vec::<PileRow, { limits::ROWS_PER_TABLE }>::new();
-        // It fits: the part is empty.
-        let _ = rows.push(*own);
-        let others = || table.rows().iter().filter(|row| row.pile != own.pile);
-        let after = others().filter(|row| Some(row.pile) > self.last_pile);
-        let before = others().filter(|row| Some(row.pile) <= self.last_pile);
-        let room = rows.capacity() - rows.len();
-        let mut last_pile = self.last_pile;
-        for row in after.chain(before).take(room) {
-            last_pile = Some(row.pile);
-            let _ = rows.push(*row);
+    /// Rows that collide: few piles, few ages, and contents that contradict each other.
+    fn any_row() -> impl Strategy<Value = PileRow> {
+        let content = (prop::option::of(0u64..3), 0u8..=2, prop::bool::ANY);
+        (0u16..100, 0u32..2, 0u32..3, content).prop_map(|(pile, boot, version, (stamp, share, free))| {
+            PileRow {
+                stamp: stamp.map(SiteMillis),
+                remaining: Fraction::clamped(f32::from(share) / 2.0),
+                availability: if free { Availability::Free } else { Availability::Charging },
+                ..row(pile, boot, version)
+            }
+        })
+    }
+
+    /// Tables with more rows than fit, too.
+    fn any_table() -> impl Strategy<Value = PileTable> {
+        prop::collection::vec(any_row(), 0..150).prop_map(|rows| table(&rows))
+    }
+
+    fn table(rows: &[PileRow]) -> PileTable {
+        let mut table = PileTable::new();
+        for row in rows {
+            table.merge_row(*row);
         }
-        self.last_pile = last_pile;
-        Some(protocol::PileTable { rows })
+        table
+    }
+
+    fn merged(mut a: PileTable, b: &PileTable) -> PileTable {
+        a.merge(b);
+        a
+    }
+
+    proptest! {
+        #[test]
+        fn merging_is_commutative(a in any_table(), b in any_table()) {
+            prop_assert_eq!(merged(a.clone(), &b), merged(b, &a));
+        }
+
+        #[test]
+        fn merging_is_associative(a in any_table(), b in any_table(), c in any_table()) {
+            prop_assert_eq!(merged(merged(a.clone(), &b), &c), merged(a, &merged(b, &c)));
+        }
+
+        #[test]
+        fn merging_is_idempotent(a in any_table(), b in any_table()) {
+            let once = merged(a, &b);
+            prop_assert_eq!(merged(once.clone(), &b), once);
+        }
+
+        #[test]
+        fn the_order_of_rows_does_not_matter(
+            (rows, shuffled) in prop::collection::vec(any_row(), 0..150)
+                .prop_flat_map(|rows| (Just(rows.clone()), Just(rows).prop_shuffle()))
+        ) {
+            prop_assert_eq!(table(&rows), table(&shuffled));
+        }
+
+        #[test]
+        fn the_newest_row_of_a_pile_is_kept(rows in prop::collection::vec(any_row(), 1..100)) {
+            let table = table(&rows);
+            for row in table.rows() {
+                let newest = rows.iter().filter(|other| other.pile == row.pile).map(|row| (row.boot, row.version)).max();
+                prop_assert_eq!(Some((row.boot, row.version)), newest);
+            }
+            prop_assert!(table.rows().is_sorted_by_key(|row| row.pile));
+        }
     }
 }
