@@ -1,6 +1,7 @@
 //! Whole charges, as a coordinator and a robot see them.
 
-use crate::bench::{Bench, ack, tag};
+use crate::bench::{Bench, ack, nack, tag};
+use firmware_pile::Contactor;
 use protocol::*;
 
 #[test]
@@ -36,4 +37,114 @@ fn a_charge_goes_from_grant_to_the_next_robot() {
     assert_eq!(bench.pile.availability(), Availability::Free);
     let next = bench.grant(1, 8, 4, 1_000.0);
     assert_eq!(bench.send(next), ack(&next));
+}
+
+/// A robot that has been charged for a second of ten.
+fn charging() -> Bench {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 7, 3, 1_000.0);
+    bench.send(grant);
+    bench.standing = Some((tag(3), -45));
+    bench.wait(1_000);
+    assert!(bench.live());
+    bench
+}
+
+fn ended(bench: &Bench) -> (EndReason, u32) {
+    let ended = bench.pile.leases().ended().unwrap();
+    (ended.reason, ended.charged.0)
+}
+
+#[test]
+fn another_robots_tag_is_not_charged() {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 7, 3, 1_000.0);
+    bench.send(grant);
+    bench.standing = Some((tag(4), -45));
+    bench.wait(1_000);
+    assert!(!bench.live());
+    assert_eq!(bench.pile.availability(), Availability::Reserved);
+}
+
+#[test]
+fn a_tag_that_is_far_away_is_not_charged() {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 7, 3, 1_000.0);
+    bench.send(grant);
+    bench.standing = Some((tag(3), -65));
+    bench.wait(1_000);
+    assert!(!bench.live());
+}
+
+#[test]
+fn a_robot_that_leaves_early_ends_its_lease() {
+    let mut bench = charging();
+    bench.standing = None;
+    bench.wait(1_900);
+    assert!(bench.live(), "a few lost reads are no departure");
+    bench.wait(200);
+    assert!(!bench.live());
+    assert_eq!(bench.pile.availability(), Availability::Free);
+    let (reason, charged) = ended(&bench);
+    assert_eq!(reason, EndReason::RobotLeft);
+    assert!((2_900..=3_100).contains(&charged), "charged for {charged} ms");
+}
+
+#[test]
+fn a_lost_read_neither_stops_nor_restarts_a_charge() {
+    let mut bench = charging();
+    bench.standing = None;
+    bench.wait(1_000);
+    bench.standing = Some((tag(3), -62));
+    bench.wait(8_200);
+    assert_eq!(ended(&bench).0, EndReason::Completed);
+}
+
+#[test]
+fn a_revocation_opens_the_contacts_before_it_is_answered() {
+    let mut bench = charging();
+    let lease = bench.pile.leases().current().unwrap().name;
+    let head = bench.head();
+    let outputs = bench.hear(Message::Revoke(Revoke { head, lease }));
+    assert_eq!(outputs.contactor, Contactor::Open);
+    assert_eq!(outputs.messages[0].message, Message::Ack(Ack { of: Reference::Command(head.id) }));
+    assert_eq!(ended(&bench).0, EndReason::Revoked);
+    assert_eq!(bench.pile.availability(), Availability::Done, "the robot still stands here");
+}
+
+#[test]
+fn a_robot_that_needs_nothing_is_done_at_once() {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 7, 3, 0.0);
+    bench.send(grant);
+    bench.standing = Some((tag(3), -45));
+    bench.now.0 += 100;
+    let outputs =
+        bench.step(firmware_pile::Input::Tag(firmware_pile::TagRead { tag: tag(3), rssi_dbm: -45 }));
+    assert_eq!(outputs.contactor, Contactor::Open);
+    assert_eq!(ended(&bench), (EndReason::Completed, 0));
+}
+
+#[test]
+fn a_done_pile_is_occupied_for_all_but_the_robot_that_stands_there() {
+    let mut bench = charging();
+    bench.wait(9_500);
+    assert_eq!(bench.pile.availability(), Availability::Done);
+    let other = bench.grant(1, 8, 4, 1_000.0);
+    assert_eq!(bench.send(other), nack(&other, NackReason::Occupied));
+    let same = bench.grant(1, 9, 3, 500.0);
+    assert_eq!(bench.send(same), ack(&same));
+    assert!(bench.live());
+}
+
+#[test]
+fn a_clock_that_runs_backwards_stands_still() {
+    let mut bench = charging();
+    let before = bench.pile.leases().current().unwrap().charge.unwrap();
+    bench.now.0 -= 900;
+    for _ in 0..8 {
+        bench.now.0 += 100;
+        assert!(bench.live());
+    }
+    assert_eq!(bench.pile.leases().current().unwrap().charge, Some(before));
 }

@@ -4,5 +4,8 @@
 
 mod bench;
 mod charging;
+mod expiry;
+mod faults;
 mod leases;
 mod passing;
+mod talking;

@@ -1,0 +1,120 @@
+//! What a pile does when something in it breaks.
+
+use firmware_pile::Input;
+use protocol::*;
+
+use crate::bench::{Bench, ack, nack, tag};
+
+/// Time passes in which the reader says nothing and the contactor is found `closed`.
+fn wait_with_contactor(bench: &mut Bench, ms: u64, closed: Option<bool>) {
+    for _ in 0..ms.div_ceil(100) {
+        bench.now.0 += 100;
+        match closed {
+            Some(closed) => bench.step(Input::ContactorFeedback { closed }),
+            None => bench.step(Input::Tick),
+        };
+    }
+}
+
+fn faults(bench: &Bench) -> Vec<(FaultCode, bool)> {
+    let faults = bench.sent.iter().filter_map(|message| match message {
+        Message::Fault(fault) => Some((fault.code, fault.active)),
+        _ => None,
+    });
+    faults.collect()
+}
+
+fn charging() -> Bench {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 7, 3, 10_000.0);
+    bench.send(grant);
+    bench.standing = Some((tag(3), -45));
+    bench.wait(1_000);
+    assert!(bench.live());
+    bench
+}
+
+fn reason(bench: &Bench) -> Option<EndReason> {
+    bench.pile.leases().ended().map(|ended| ended.reason)
+}
+
+#[test]
+fn a_reader_that_falls_silent_opens_the_contacts_and_then_is_a_fault() {
+    let mut bench = charging();
+    wait_with_contactor(&mut bench, 2_100, None);
+    assert!(!bench.live(), "nobody knows whether the robot is still here");
+    assert_eq!(reason(&bench), None, "nobody knows that it has left");
+    wait_with_contactor(&mut bench, 3_000, None);
+    assert_eq!(reason(&bench), Some(EndReason::Fault));
+    assert_eq!(bench.pile.availability(), Availability::Fault);
+    assert_eq!(faults(&bench), [(FaultCode::ReaderSilent, true)]);
+
+    let grant = bench.grant(1, 8, 4, 1_000.0);
+    assert_eq!(bench.send(grant), nack(&grant, NackReason::Faulted));
+    bench.standing = None;
+    bench.wait(3_000);
+    assert_eq!(bench.pile.availability(), Availability::Free);
+    assert_eq!(faults(&bench).last(), Some(&(FaultCode::ReaderSilent, false)));
+    let again = bench.grant(1, 9, 4, 1_000.0);
+    assert_eq!(bench.send(again), ack(&again));
+}
+
+#[test]
+fn a_reader_that_comes_back_in_time_goes_on_with_the_charge() {
+    let mut bench = charging();
+    wait_with_contactor(&mut bench, 3_000, None);
+    assert!(!bench.live());
+    let elapsed = bench.pile.leases().current().unwrap().charge.unwrap().elapsed();
+    bench.wait(100);
+    assert!(bench.live());
+    assert_eq!(bench.pile.leases().current().unwrap().charge.unwrap().elapsed(), elapsed);
+}
+
+#[test]
+fn a_contactor_that_does_not_close_ends_the_lease() {
+    let mut bench = charging();
+    wait_with_contactor(&mut bench, 500, Some(false));
+    assert!(bench.live());
+    wait_with_contactor(&mut bench, 100, Some(false));
+    assert!(!bench.live());
+    assert_eq!(reason(&bench), Some(EndReason::Fault));
+    bench.wait(5_000);
+    assert_eq!(bench.pile.availability(), Availability::Fault);
+    assert_eq!(faults(&bench), [(FaultCode::ContactorStuckOpen, true)]);
+}
+
+#[test]
+fn a_welded_contactor_is_a_fault_until_it_opens() {
+    let mut bench = Bench::new();
+    wait_with_contactor(&mut bench, 600, Some(true));
+    assert_eq!(bench.pile.availability(), Availability::Fault);
+    wait_with_contactor(&mut bench, 100, Some(false));
+    assert_eq!(bench.pile.availability(), Availability::Free);
+    assert_eq!(faults(&bench), [(FaultCode::ContactorWelded, true), (FaultCode::ContactorWelded, false)]);
+}
+
+#[test]
+fn a_fault_is_repeated_until_it_is_acknowledged_and_nothing_overtakes_it() {
+    let mut bench = Bench::new();
+    bench.coordinator = false;
+    wait_with_contactor(&mut bench, 600, Some(true));
+    bench.standing = Some((tag(3), -45));
+    bench.wait(5_000);
+    let reports = |bench: &Bench| -> Vec<u32> {
+        let reports = bench.sent.iter().filter_map(|message| match message {
+            Message::Fault(fault) => Some(fault.report.0),
+            Message::PassReport(report) => Some(report.report.0),
+            _ => None,
+        });
+        reports.collect()
+    };
+    let waiting = reports(&bench);
+    assert!((5..=6).contains(&waiting.len()) && waiting.iter().all(|&report| report == 1), "{waiting:?}");
+    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId(9)) }));
+    bench.wait(2_000);
+    assert_eq!(reports(&bench).last(), Some(&1), "the acknowledgement was for another report");
+    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId(1)) }));
+    bench.wait(1_500);
+    assert_eq!(reports(&bench).last(), Some(&2));
+    assert_eq!(bench.passes_of(tag(3)), 2, "the one pass, repeated once because nobody acknowledged it");
+}
