@@ -10,6 +10,8 @@ const MARGIN = 32;
 // Symbols keep their size in pixels, but shrink where a cell has fewer than this.
 const FULL_SIZE_CELL = 5;
 const SMALLEST_SYMBOL = 0.8;
+// A subarea's name of more letters is written smaller.
+const SHORT_NAME = 3;
 const LABEL = { height: 15, letter: 6.3, padding: 8 };
 // A docked robot is drawn beside its pile, towards the middle of the map.
 const BESIDE_PILE = symbols.PILE_RADIUS + 18;
@@ -231,9 +233,7 @@ export class SiteMap {
     this.#layers.subareas.replaceChildren(
       ...site.subareas.map(({ name, at }) => {
         const [x, y] = this.#pixels(at);
-        const text = svg("text", { x, y });
-        text.textContent = name;
-        return text;
+        return svg("text", { x, y, "data-long": name.length > SHORT_NAME ? "" : null }, name);
       }),
     );
     for (const [id, node] of this.#layers.piles.rows ?? []) this.#put(node, piles.get(id).at);
@@ -257,16 +257,20 @@ export class SiteMap {
     const taken = [
       ...[...piles.values()].map((pile) => around(pile.at, symbols.PILE_RADIUS + 4, 10)),
       ...[...doors.values()].map((door) => around(door.at, 8)),
+      ...site.subareas.map((subarea) => around(subarea.at, 12)),
     ];
     const bounds = { x: 0, y: 0, width: site.width * this.#scale + 2 * MARGIN, height: site.height * this.#scale + 2 * MARGIN };
     const labels = [...doors.values()].map((door, index) => {
       const width = texts[index].length * LABEL.letter + LABEL.padding;
       const box = placeLabel(this.#pixels(door.at), width, LABEL.height, 10, taken, bounds);
       taken.push(box);
-      const text = svg("text", { x: box.x + width / 2, y: box.y + LABEL.height / 2 });
-      text.textContent = texts[index];
-      const attributes = { class: "label", "data-open": door.open ? "" : null };
-      return svg("g", attributes, svg("rect", { ...box, rx: 4 }), text);
+      const middle = { x: box.x + width / 2, y: box.y + LABEL.height / 2 };
+      return svg(
+        "g",
+        { class: "label", "data-open": door.open ? "" : null },
+        svg("rect", { ...box, rx: 4 }),
+        svg("text", middle, texts[index]),
+      );
     });
     this.#layers.labels.replaceChildren(...labels);
   }

@@ -12,7 +12,7 @@ const PILES = {
 const ROBOTS = {
   working: "working",
   waiting: "waiting",
-  approaching: "going to",
+  approaching: "to",
   docked: "at",
   stranded: "stranded",
   unknown: "unknown",
