@@ -13,15 +13,24 @@ pub fn body(message: &Message) -> Vec<u8> {
     postcard::to_slice(message, &mut buffer).unwrap().to_vec()
 }
 
-/// A frame around any header and body, with a CRC that matches.
-pub fn frame(header: &[u8], body: &[u8]) -> Vec<u8> {
-    let mut packet = [header, body].concat();
-    let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&packet);
-    packet.extend(check.to_le_bytes());
+/// Any header and body with the check that belongs to them.
+pub fn packet(header: &[u8], body: &[u8]) -> Vec<u8> {
+    let content = [header, body].concat();
+    let check = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&content);
+    [&content[..], &check.to_le_bytes()].concat()
+}
+
+/// A packet as it goes over the wire.
+pub fn wire(packet: &[u8]) -> Vec<u8> {
     let mut encoded = vec![0; packet.len() + packet.len() / 254 + 3];
-    let length = cobs::try_encode_including_sentinels(&packet, &mut encoded).unwrap();
+    let length = cobs::try_encode_including_sentinels(packet, &mut encoded).unwrap();
     encoded.truncate(length);
     encoded
+}
+
+/// A frame around any header and body, good but for them.
+pub fn frame(header: &[u8], body: &[u8]) -> Vec<u8> {
+    wire(&packet(header, body))
 }
 
 /// What a fresh deframer finds in a stream.

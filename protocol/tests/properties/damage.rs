@@ -5,11 +5,15 @@
 
 use proptest::{prelude::*, sample::Index};
 use protocol::{
-    Ack, BootEpoch, CommandId, DeviceId, Frame, Header, Message, PileId, Reference, Sequence, Unassigned,
-    UnassignedReason,
+    Ack, BootEpoch, CommandId, DeviceId, Frame, FrameError, Header, Message, PileId, Reference, Sequence,
+    Unassigned, UnassignedReason,
 };
 
-use crate::{bytes::read, largest, strategies::frame};
+use crate::{
+    bytes::{body, header, packet, read, wire},
+    largest,
+    strategies::frame,
+};
 
 fn frame_of(message: Message) -> Frame {
     Frame { header: Header::new(DeviceId::Pile(PileId(7)), BootEpoch(3), Sequence(1)), message }
@@ -33,6 +37,18 @@ fn only_costs_itself(damaged: &[u8], sent: &Frame) -> bool {
     let stream = [damaged, &next.encode().unwrap()].concat();
     let mut found: Vec<Frame> = read(&stream).into_iter().flatten().collect();
     found.pop() == Some(next) && found.iter().all(|frame| frame == sent)
+}
+
+#[test]
+fn every_bit_of_a_packet_is_checked() {
+    for (message, name, _) in largest::messages() {
+        let mut packet = packet(&header(1), &body(&message));
+        for bit in 0..8 * packet.len() {
+            flip(&mut packet, bit);
+            assert_eq!(read(&wire(&packet)), [Err(FrameError::Crc)], "{name}, bit {bit}");
+            flip(&mut packet, bit);
+        }
+    }
 }
 
 #[test]

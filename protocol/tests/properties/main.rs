@@ -7,5 +7,6 @@ mod largest;
 mod sizes;
 mod strategies;
 mod stream;
+mod units;
 mod values;
 mod versions;

@@ -89,7 +89,7 @@ fn energy() -> EnergyJ {
 }
 
 pub fn messages() -> [(Message, &'static str); 18] {
-    let hello = Hello { min: 1, current: 1, software: [0, 1, 2], epoch: Epoch(300) };
+    let hello = Hello { min: 1, current: 2, software: [0, 1, 2], epoch: Epoch(300) };
     let state = PileState {
         row: row(),
         elapsed: DurationMs(300_000),
@@ -109,8 +109,8 @@ pub fn messages() -> [(Message, &'static str); 18] {
     let report = ReportId(6);
     let request = RequestId(1_000_000);
     [
-        // versions from 1 | to 1 | software 0.1.2 | epoch 300
-        (Message::Hello(hello), "00 | 01 | 01 | 000102 | AC02"),
+        // versions from 1 | to 2 | software 0.1.2 | epoch 300
+        (Message::Hello(hello), "00 | 01 | 02 | 000102 | AC02"),
         // row | elapsed | holder | energised | ended: lease, reason, charged
         (
             Message::PileState(state),
@@ -160,8 +160,8 @@ pub fn messages() -> [(Message, &'static str); 18] {
         ),
         // report | code | active
         (
-            Message::Fault(Fault { report, code: FaultCode::ContactorWelded, active: true }),
-            "0A | 06 | 01 | 01",
+            Message::Fault(Fault { report, code: FaultCode::ContactorStuckOpen, active: true }),
+            "0A | 06 | 02 | 01",
         ),
         // x, y | energy | activity | accepted
         (
