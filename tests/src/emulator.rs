@@ -82,6 +82,8 @@ pub struct Emulator {
     qemu: Child,
     log: Receiver<String>,
     seen: Vec<String>,
+    /// How many of the lines seen were searched by [`Self::wait_for`].
+    searched: usize,
 }
 
 impl Emulator {
@@ -106,7 +108,7 @@ impl Emulator {
         if let Some(output) = qemu.stdout.take() {
             thread::spawn(move || read_log(output, &table, &lines));
         }
-        Ok(Self { qemu, log, seen: Vec::new() })
+        Ok(Self { qemu, log, seen: Vec::new(), searched: 0 })
     }
 
     /// The next line of the log, `None` when the board has ended or said nothing for `limit`.
@@ -116,7 +118,7 @@ impl Emulator {
         self.seen.last().map(String::as_str)
     }
 
-    /// Waits until the log says something new that contains `wanted`.
+    /// Waits until the log says something that contains `wanted`, after what the last call found.
     ///
     /// # Errors
     /// [`EmulatorError::Silent`] if it does not within `limit`, [`EmulatorError::Ended`] if the
@@ -124,14 +126,14 @@ impl Emulator {
     pub fn wait_for(&mut self, wanted: &str, limit: Duration) -> Result<(), EmulatorError> {
         let deadline = Instant::now() + limit;
         loop {
-            match self.log.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
-                Ok(line) => {
-                    let found = line.contains(wanted);
-                    self.seen.push(line);
-                    if found {
-                        return Ok(());
-                    }
+            while let Some(line) = self.seen.get(self.searched) {
+                self.searched += 1;
+                if line.contains(wanted) {
+                    return Ok(());
                 }
+            }
+            match self.log.recv_timeout(deadline.saturating_duration_since(Instant::now())) {
+                Ok(line) => self.seen.push(line),
                 Err(RecvTimeoutError::Timeout) => {
                     let lines = self.seen.clone();
                     return Err(EmulatorError::Silent { wanted: wanted.into(), limit, lines });

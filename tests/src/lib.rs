@@ -1,3 +1,4 @@
-//! What the tests that cross crates share: a board in QEMU, and the log it writes.
+//! What the tests that cross crates share: a board in QEMU with its log, and what is wired to it.
 
 pub mod emulator;
+pub mod uhf_reader;
