@@ -29,8 +29,10 @@ macro_rules! asset {
 
 const ASSETS: &[Asset] = &[
     Asset { path: "/", ..asset!("index.html", HTML) },
-    asset!("style.css", CSS),
     asset!("icon.svg", SVG),
+    asset!("page.css", CSS),
+    asset!("map.css", CSS),
+    asset!("panels.css", CSS),
     asset!("app.js", JAVASCRIPT),
     asset!("dom.js", JAVASCRIPT),
     asset!("geometry.js", JAVASCRIPT),
