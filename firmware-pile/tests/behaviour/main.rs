@@ -8,4 +8,6 @@ mod expiry;
 mod faults;
 mod leases;
 mod passing;
+mod properties;
 mod talking;
+mod witness;
