@@ -8,7 +8,11 @@
 //! | [`grid`] | which cells are free |
 //! | [`moves`] | how a robot steps from cell to cell, and the one corner rule |
 //! | [`path`] | waypoints and exact lengths |
-//! | [`search`] | A* for one goal, Dijkstra for all |
+//! | [`search`] | A* for one goal, Dijkstra for many |
+//! | [`rooms`] | subareas and the doors between them |
+//! | [`congestion`] | which doors to avoid when |
+//! | [`memory`] | banks of paths that never change |
+//! | [`lmpp`] | paths put together from memory |
 //! | [`formats`] | maps as other programs write them |
 //!
 //! ```
@@ -21,8 +25,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod congestion;
 pub mod formats;
 pub mod grid;
+pub mod lmpp;
+pub mod memory;
 pub mod moves;
 pub mod path;
+pub mod rooms;
 pub mod search;

@@ -21,6 +21,11 @@ impl Path {
         Self { waypoints: vec![cell], length: Length::default() }
     }
 
+    /// A path that was taken apart by [`Self::waypoints`] and [`Self::length`].
+    pub(crate) const fn from_parts(waypoints: Vec<Cell>, length: Length) -> Self {
+        Self { waypoints, length }
+    }
+
     /// Goes on by one move.
     pub fn step(&mut self, step: Step) {
         let end = self.end();

@@ -1,4 +1,4 @@
-//! Shortest paths: A* for one goal, Dijkstra for all.
+//! Shortest paths: A* for one goal, Dijkstra for many.
 //!
 //! Costs are integers, so the same query expands the same nodes on every machine. A [`Workspace`]
 //! is reused from query to query and allocates only when a grid is larger than any before.
@@ -81,12 +81,13 @@ pub fn astar(
     let start = free_index(grid, from)?;
     let goal = free_index(grid, to)?;
     let estimate = |cell: Cell| moves.open_length(to.x - cell.x, to.y - cell.y).cost();
-    let expanded = workspace.run(grid, moves, start, Some(goal), estimate);
+    let expanded = workspace.run(grid, moves, start, estimate, |index| index == goal);
     let path = workspace.path_to(grid, to).ok_or(SearchError::NoPath { from, to })?;
     Ok(Found { path, expanded })
 }
 
-/// The shortest ways from `from` to every cell, by Dijkstra's algorithm.
+/// The shortest ways from `from`, by Dijkstra's algorithm: to all of `targets`, or to every cell
+/// if there are none.
 ///
 /// # Errors
 /// [`SearchError`] if `from` is outside or blocked.
@@ -94,14 +95,25 @@ pub fn dijkstra<'a>(
     grid: &'a Grid,
     moves: MoveSet,
     from: Cell,
+    targets: &[Cell],
     workspace: &'a mut Workspace,
 ) -> Result<Ways<'a>, SearchError> {
     let start = free_index(grid, from)?;
-    let expanded = workspace.run(grid, moves, start, None, |_| 0);
+    let mut missing: Vec<_> = targets.iter().filter_map(|&cell| free_index(grid, cell).ok()).collect();
+    missing.sort_unstable();
+    missing.dedup();
+    let everywhere = targets.is_empty();
+    let done = |index: usize| {
+        if let Ok(place) = missing.binary_search(&index) {
+            missing.remove(place);
+        }
+        missing.is_empty() && !everywhere
+    };
+    let expanded = workspace.run(grid, moves, start, |_| 0, done);
     Ok(Ways { grid, workspace, expanded })
 }
 
-/// The shortest ways from one cell to all others.
+/// The shortest ways from one cell to others.
 #[derive(Debug)]
 pub struct Ways<'a> {
     grid: &'a Grid,
@@ -136,14 +148,14 @@ fn free_index(grid: &Grid, cell: Cell) -> Result<usize, SearchError> {
 }
 
 impl Workspace {
-    /// Searches from `start` until `goal` is expanded, or everything; returns how many nodes were.
+    /// Searches from `start` until `done` says so of an expanded node; returns how many were.
     fn run(
         &mut self,
         grid: &Grid,
         moves: MoveSet,
         start: usize,
-        goal: Option<usize>,
         estimate: impl Fn(Cell) -> Cost,
+        mut done: impl FnMut(usize) -> bool,
     ) -> u32 {
         self.begin(grid.len());
         self.reach(start, 0, (0, 0), estimate(grid.cell(start)));
@@ -153,7 +165,7 @@ impl Workspace {
             let Some(node) = self.nodes.get_mut(index).filter(|node| !node.closed) else { continue };
             node.closed = true;
             expanded += 1;
-            if Some(index) == goal {
+            if done(index) {
                 break;
             }
             let (cost, cell) = (node.cost, grid.cell(index));
