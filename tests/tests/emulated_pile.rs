@@ -110,6 +110,22 @@ impl Bench {
         unreachable!("the loop has no end")
     }
 
+    /// Extends the lease; repeats it, as a coordinator does, because a frame next to noise may be
+    /// lost with it.
+    fn extended(&mut self, lease: LeaseRef, command: u32) {
+        let extension = Grant { lease, ..self.grant(command, EPOCH) };
+        let command = Reference::Command(extension.head.id);
+        let deadline = Instant::now() + SOON;
+        while Instant::now() < deadline {
+            self.say(Message::Grant(extension));
+            self.receive();
+            if self.received.drain(..).any(|message| message == Message::Ack(Ack { of: command })) {
+                return;
+            }
+        }
+        panic!("the pile did not extend its lease within {SOON:?}; its log: {:#?}", self.board.log());
+    }
+
     /// The pile's answer to a command.
     fn answer(&mut self, command: u32) -> Result<(), NackReason> {
         let command = Reference::Command(CommandId(command));
@@ -296,4 +312,24 @@ fn corrupted_frames_do_nothing_and_cost_no_good_one() {
     bench.link.write_all(&[&damaged, &good[..]].concat()).unwrap();
     assert_eq!(bench.answer(100), Ok(()));
     assert_eq!(bench.state_where("that it charges", |state| state.energised).holder, Some(grant.lease));
+}
+
+#[test]
+fn a_flood_of_noise_is_survived() {
+    let mut bench = Bench::new();
+    let lease = bench.granted();
+    let mut noise: u32 = 0x9E37_79B9;
+    let flood: Vec<u8> = (0..16 * 1024)
+        .map(|_| {
+            // Marsaglia's xorshift: the same noise in every run.
+            noise ^= noise << 13;
+            noise ^= noise >> 17;
+            noise ^= noise << 5;
+            noise as u8
+        })
+        .collect();
+    bench.link.write_all(&flood).unwrap();
+    bench.extended(lease, 200);
+    bench.reader.dock(ROBOT);
+    assert_eq!(bench.state_where("that it charges", |state| state.energised).holder, Some(lease));
 }

@@ -19,18 +19,23 @@ pub fn build(toolchain: &Toolchain) -> Result<(), Failure> {
 
 /// Clippy on what only exists on the ARM core; where rustup's clippy has no library for it, the
 /// compiler's own warnings.
-pub fn lints(toolchain: &Toolchain) -> Vec<Command> {
-    IMAGES
-        .into_iter()
-        .map(|(package, binary)| match toolchain {
-            Toolchain::Rustup => {
-                cargo(toolchain, "clippy --quiet --no-deps", package, binary).words("-- -D warnings")
-            }
-            Toolchain::Debian { .. } => {
-                cargo(toolchain, "check --quiet", package, binary).variable("RUSTFLAGS", "-D warnings")
-            }
-        })
-        .collect()
+pub fn lints(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
+    IMAGES.into_iter().map(|(package, binary)| match toolchain {
+        Toolchain::Rustup => {
+            cargo(toolchain, "clippy --quiet --no-deps", package, binary).words("-- -D warnings")
+        }
+        Toolchain::Debian { .. } => {
+            cargo(toolchain, "check --quiet", package, binary).variable("RUSTFLAGS", "-D warnings")
+        }
+    })
+}
+
+/// The documentation of the libraries with what only exists on the ARM core.
+pub fn documentation(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
+    IMAGES.into_iter().map(|(package, binary)| {
+        let command = "doc --quiet --no-deps --lib --package";
+        toolchain.cargo(command).args([package, "--features", binary]).variable("RUSTDOCFLAGS", "-D warnings")
+    })
 }
 
 fn cargo(toolchain: &Toolchain, command: &str, package: &str, binary: &str) -> Command {

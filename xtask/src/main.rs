@@ -2,7 +2,7 @@
 //!
 //! One idea a module: [`setup`] finds or installs what is missing (through [`apt`] where it must),
 //! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds and [`size`] measures an
-//! image, [`test`] is what the project's continuous integration runs. Whatever fails says why and
+//! image, [`mod@test`] is what the project's continuous integration runs. Whatever fails says why and
 //! what to do next, and ends with exit code 1.
 
 mod apt;

@@ -27,6 +27,7 @@ fn run(steps: &mut Steps) -> Result<(), Failure> {
     steps.commands("clippy", [cargo("clippy --quiet --workspace --all-targets -- -D warnings")])?;
     let documentation = cargo("doc --quiet --workspace --no-deps").variable("RUSTDOCFLAGS", "-D warnings");
     steps.commands("documentation", [documentation])?;
+    steps.commands("firmware documentation", firmware::documentation(&toolchain))?;
     steps.commands("tests", [cargo("test --quiet --workspace")])
 }
 
@@ -62,9 +63,9 @@ impl Steps {
         println!();
         for (index, (name, took)) in self.done.iter().enumerate() {
             let verdict = if passed || index + 1 < self.done.len() { "passed" } else { "FAILED" };
-            println!("{name:<16} {verdict} {:>8.1} s", took.as_secs_f64());
+            println!("{name:<22} {verdict} {:>8.1} s", took.as_secs_f64());
         }
         let total: Duration = self.done.iter().map(|(_, took)| *took).sum();
-        println!("{:<16} {} {:>8.1} s", "all", if passed { "passed" } else { "FAILED" }, total.as_secs_f64());
+        println!("{:<22} {} {:>8.1} s", "all", if passed { "passed" } else { "FAILED" }, total.as_secs_f64());
     }
 }

@@ -46,6 +46,7 @@ impl Toolchain {
                 .words("-Zbuild-std=core,alloc --target")
                 .words(TARGET)
                 .variable("RUSTC", "/usr/bin/rustc")
+                .variable("RUSTDOC", "/usr/bin/rustdoc")
                 // Building the library is an unstable feature of a stable compiler.
                 .variable("RUSTC_BOOTSTRAP", "1")
                 .variable("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker.to_string_lossy()),
@@ -97,7 +98,7 @@ mod tests {
         let toolchain = Toolchain::Debian { linker: "/toolchain/rust-lld".into() };
         assert_eq!(
             toolchain.cargo("build").to_string(),
-            "RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
+            "RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc RUSTC_BOOTSTRAP=1 \
              CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER=/toolchain/rust-lld \
              /usr/bin/cargo build -Zbuild-std=core,alloc --target thumbv7em-none-eabihf"
         );
