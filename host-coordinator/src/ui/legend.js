@@ -27,7 +27,7 @@ function door(open) {
 
 function robot() {
   const symbol = symbols.robotSymbol();
-  symbols.drawRobot(symbol, { id: "", activity: "working", battery: 0.6 });
+  symbols.drawRobot(symbol, { id: "", at: [0, 0], activity: "working", battery: 0.6 });
   return entry(symbol, "robot");
 }
 

@@ -4,7 +4,7 @@ import { html, reconcile, say, set, svg } from "./dom.js";
 import { legOf, placeLabel, wallPath } from "./geometry.js";
 import { Glide } from "./motion.js";
 import * as symbols from "./symbols.js";
-import { number, percent, pileLine, place, robotLine, robotState } from "./words.js";
+import { battery, number, percent, pileLine, place, plain, robotLine, robotState } from "./words.js";
 
 const MARGIN = 32;
 // Symbols keep their size in pixels, but shrink where a cell has fewer than this.
@@ -133,13 +133,14 @@ export class SiteMap {
         `Pile ${id} at ${place(site, pile.at)}`,
         pileLine(pile),
         pile.holder == null ? "no robot holds it" : `held by robot ${pile.holder}`,
+        pile.lease?.phase == null || pile.lease.phase === "held" ? null : `lease ${plain(pile.lease.phase)}`,
         pile.next == null ? null : `next: robot ${pile.next}`,
         pile.energised ? "contacts energised" : null,
       ].filter(Boolean);
     }
     const robot = this.#model.robots.get(id);
     if (!robot) return [];
-    return [`Robot ${id} at ${place(site, robot.at)}`, robotLine(robot), `battery ${percent(robot.battery)}`];
+    return [`Robot ${id} at ${place(site, robot.at)}`, robotLine(robot), `battery ${percent(battery(robot))}`];
   }
 
   #doorLines(door) {

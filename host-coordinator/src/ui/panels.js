@@ -3,6 +3,7 @@
 import { html, reconcile, say, set, svg } from "./dom.js";
 import * as symbols from "./symbols.js";
 import {
+  battery,
   clock,
   duration,
   number,
@@ -83,7 +84,7 @@ export function updateRobots(list, model, involved, select) {
       html("span", { class: "who" }),
     );
   reconcile(list, model.robots.values(), create, (node, robot) => {
-    const [, what, battery, level] = node.firstChild.children;
+    const [, what, bar, level] = node.firstChild.children;
     set(node, {
       "data-state": robotState(robot),
       "data-low": symbols.batteryLow(robot) ? "" : null,
@@ -91,10 +92,10 @@ export function updateRobots(list, model, involved, select) {
     });
     const line = robotLine(robot);
     const lost = robot.at || line === "unknown" ? "" : ", place unknown";
-    set(node.firstChild, { "aria-label": `Robot ${robot.id}: ${line}${lost}, battery ${percent(robot.battery)}` });
+    set(node.firstChild, { "aria-label": `Robot ${robot.id}: ${line}${lost}, battery ${percent(battery(robot))}` });
     say(what, `${line}${lost}`);
-    fill(battery, robot.battery);
-    say(level, percent(robot.battery));
+    fill(bar, battery(robot));
+    say(level, percent(battery(robot)));
   });
 }
 

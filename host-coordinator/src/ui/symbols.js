@@ -2,7 +2,7 @@
 // of its own, so that nothing is told by colour alone.
 
 import { say, set, svg } from "./dom.js";
-import { number, percent, pileState, robotState } from "./words.js";
+import { battery, number, percent, pileState, robotState } from "./words.js";
 
 export const PILE_RADIUS = 14;
 const CORE_RADIUS = 9.5;
@@ -56,14 +56,17 @@ export function robotSymbol() {
   );
 }
 
-export const batteryLow = (robot) => !(robot.battery >= BATTERY_LOW);
+export function batteryLow(robot) {
+  const share = battery(robot);
+  return share !== null && share < BATTERY_LOW;
+}
 
 export function drawRobot(symbol, robot) {
   const state = robotState(robot);
   set(symbol, { "data-state": state, "data-low": batteryLow(robot) ? "" : null });
-  const [, , battery, , id, badge] = symbol.children;
-  const share = Math.min(1, Math.max(0, robot.battery || 0));
-  set(battery, { width: (BODY.width * share).toFixed(1) });
+  const [, , level, , id, badge] = symbol.children;
+  const share = Math.min(1, Math.max(0, battery(robot) || 0));
+  set(level, { width: (BODY.width * share).toFixed(1) });
   say(id, `R${robot.id}`);
   say(badge.lastChild, { stranded: "!", waiting: "···", unknown: "?" }[state] ?? "");
 }

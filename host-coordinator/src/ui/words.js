@@ -35,6 +35,9 @@ export const pileState = (pile) =>
 export const robotState = (robot) =>
   Object.hasOwn(ROBOTS, robot.activity) ? robot.activity : "unknown";
 
+/** A robot's battery; null before its first word, when the API can only say 0. */
+export const battery = (robot) => (robot.at ? robot.battery : null);
+
 const known = (value) => typeof value === "number" && Number.isFinite(value);
 export const number = (value, digits = 1) => (known(value) ? value.toFixed(digits) : "–");
 export const percent = (fraction) => (known(fraction) ? `${Math.round(fraction * 100)} %` : "?");
