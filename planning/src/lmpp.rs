@@ -84,6 +84,12 @@ impl Lmpp {
         &self.closed
     }
 
+    /// The map, with all doors open.
+    #[must_use]
+    pub const fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
     /// The memory banks.
     #[must_use]
     pub const fn banks(&self) -> &Banks {

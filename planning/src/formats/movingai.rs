@@ -11,7 +11,7 @@
 //! `.`, `G` (ground) and `S` (swamp) are free; `@`, `O` (out of bounds), `T` (trees) and `W`
 //! (water) are blocked: no robot swims. Lines may end in CR LF; blank lines may follow the map.
 
-use crate::grid::{Cell, Grid, MAX_SIDE};
+use crate::grid::{Grid, MAX_SIDE};
 
 /// What is wrong with a map, and in which line (from 1).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -82,18 +82,23 @@ pub fn read_map(text: &str) -> Result<Grid, MapError> {
     let height = lines.side("height", "height N")?;
     let width = lines.side("width", "width N")?;
     lines.keyword("map")?;
-    let too_large = |_| lines.error(MapProblem::Side { side: width.max(height) });
-    let mut grid = Grid::blocked(width, height).map_err(too_large)?;
+    // A header may promise more than the file holds: memory grows with the text only.
+    let mut cells = Vec::new();
     for y in 0..height {
         let Some(row) = lines.next() else {
             return Err(lines.error(MapProblem::TooFewRows { expected: height, found: y }));
         };
-        lines.row(row, y, &mut grid)?;
+        lines.row(row, width, &mut cells)?;
     }
     while let Some(rest) = lines.next() {
         if !rest.trim().is_empty() {
             return Err(lines.error(MapProblem::TooManyRows { expected: height }));
         }
+    }
+    let too_large = |_| lines.error(MapProblem::Side { side: width.max(height) });
+    let mut grid = Grid::blocked(width, height).map_err(too_large)?;
+    for (index, free) in cells.into_iter().enumerate() {
+        grid.set(grid.cell(index), free);
     }
     Ok(grid)
 }
@@ -151,18 +156,17 @@ impl<'a> Lines<'a> {
         if (1..=MAX_SIDE).contains(&side) { Ok(side) } else { Err(self.error(MapProblem::Side { side })) }
     }
 
-    fn row(&self, row: &str, y: u32, grid: &mut Grid) -> Result<(), MapError> {
+    fn row(&self, row: &str, width: u32, cells: &mut Vec<bool>) -> Result<(), MapError> {
         let found = row.chars().count();
-        if found != grid.width() as usize {
-            return Err(self.error(MapProblem::Ragged { expected: grid.width(), found }));
+        if found != width as usize {
+            return Err(self.error(MapProblem::Ragged { expected: width, found }));
         }
-        for (x, terrain) in row.chars().enumerate() {
-            let free = match terrain {
+        for (column, terrain) in (1..).zip(row.chars()) {
+            cells.push(match terrain {
                 '.' | 'G' | 'S' => true,
                 '@' | 'O' | 'T' | 'W' => false,
-                found => return Err(self.error(MapProblem::Terrain { found, column: x + 1 })),
-            };
-            grid.set(Cell { x: x as i32, y: y as i32 }, free);
+                found => return Err(self.error(MapProblem::Terrain { found, column })),
+            });
         }
         Ok(())
     }
