@@ -24,8 +24,8 @@ const PILE: PileId = PileId(match option_env!("CHARGEHAND_PILE_ID") {
     },
 });
 
-/// What the pile gives a robot.
-const POWER_W: f32 = 1000.0;
+/// What the pile gives a robot: as the piles of `sites/lmpp-fig7`.
+const POWER_W: f32 = 500.0;
 
 static INBOX: Inbox = Inbox::new();
 static OUTBOX: Outbox = Outbox::new();
