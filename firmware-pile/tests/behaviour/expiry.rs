@@ -101,3 +101,15 @@ fn extensions_in_the_wrong_order_do_not_shorten_a_lease() {
     bench.send(first);
     assert_eq!(bench.pile.leases().current().unwrap().expiry, second.expiry);
 }
+
+#[test]
+fn a_coordinator_that_is_lost_a_second_time_leaves_the_charge_running_again() {
+    let (mut bench, grant) = long_charge();
+    bench.wait(51_000);
+    assert!(bench.live(), "the grace is not over");
+    let extension = Grant { head: bench.head(), expiry: bench.site_now().after(DurationMs(60_000)), ..grant };
+    bench.send(extension);
+    bench.coordinator = false;
+    bench.wait(300_000);
+    assert_eq!(reason(&bench), Some(EndReason::Completed));
+}

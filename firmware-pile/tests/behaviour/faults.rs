@@ -118,3 +118,15 @@ fn a_fault_is_repeated_until_it_is_acknowledged_and_nothing_overtakes_it() {
     assert_eq!(reports(&bench).last(), Some(&2));
     assert_eq!(bench.passes_of(tag(3)), 2, "the one pass, repeated once because nobody acknowledged it");
 }
+
+#[test]
+fn a_charged_robot_that_a_silent_reader_does_not_see_still_occupies_the_pile() {
+    let mut bench = charging();
+    let lease = bench.pile.leases().current().unwrap().name;
+    let head = bench.head();
+    bench.hear(Message::Revoke(Revoke { head, lease }));
+    wait_with_contactor(&mut bench, 4_000, None);
+    assert_eq!(bench.pile.availability(), Availability::Done);
+    let grant = bench.grant(1, 8, 4, 1_000.0);
+    assert_eq!(bench.send(grant), nack(&grant, NackReason::Occupied));
+}

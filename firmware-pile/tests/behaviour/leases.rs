@@ -112,3 +112,16 @@ fn an_extension_under_a_new_epoch_moves_only_expiry_and_epoch() {
     assert_eq!((lease.name, lease.expiry), (extension.lease, extension.expiry));
     assert_eq!(bench.pile.row().planned, planned);
 }
+
+#[test]
+fn a_lease_cannot_be_extended_for_another_robot_or_tag() {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 1, 3, 1_000.0);
+    bench.send(grant);
+    let held = NackReason::Held { by: grant.lease };
+    let other_tag = Grant { head: bench.head(), tag: tag(4), ..grant };
+    assert_eq!(bench.send(other_tag), nack(&other_tag, held));
+    let lease = LeaseRef { robot: RobotId(4), ..grant.lease };
+    let other_robot = Grant { head: bench.head(), lease, ..grant };
+    assert_eq!(bench.send(other_robot), nack(&other_robot, held));
+}

@@ -55,7 +55,7 @@ fn any_lease() -> impl Strategy<Value = LeaseRef> {
 
 fn any_event() -> impl Strategy<Value = Event> {
     let any_sleep = prop_oneof![6 => 0u64..500, 2 => 500u64..5_000, 1 => 5_000u64..200_000];
-    let any_grant = (any_lease(), 0u16..8_000, 0u16..5_000, 0u16..20_000).prop_map(
+    let any_grant = (any_lease(), 0u16..15_000, 0u16..5_000, 0u16..20_000).prop_map(
         |(lease, charge_ms, life_ms, lease_ms)| Event::Grant { lease, charge_ms, life_ms, lease_ms },
     );
     prop_oneof![
@@ -102,5 +102,5 @@ fn the_histories_charge_many_robots() {
         completed += witness.completed;
     }
     assert!(live > 100, "only {live} of 300 histories had live contacts");
-    assert!(completed > 100, "only {completed} charges were completed");
+    assert!(completed > 50, "only {completed} charges were completed");
 }

@@ -1,6 +1,6 @@
 //! What a pile says unasked, and to whom it listens.
 
-use firmware_pile::Input;
+use firmware_pile::{ChargingPile, Input, Parameters};
 use protocol::*;
 
 use crate::bench::{Bench, tag};
@@ -47,6 +47,13 @@ fn hello_is_repeated_until_the_coordinator_answers() {
     bench.wait(10_000);
     assert_eq!(hellos(&bench), 3);
     assert_eq!(bench.pile.leases().highest_epoch(), Epoch(4));
+}
+
+#[test]
+fn a_coordinator_that_speaks_first_hears_hello_too() {
+    let mut pile = ChargingPile::new(Parameters::new(PileId(1), 100.0));
+    let outputs = pile.step(Millis(0), Input::Frame(&frame(DeviceId::Coordinator, hello(1))));
+    assert!(outputs.messages.iter().any(|sent| matches!(sent.message, Message::Hello(_))));
 }
 
 #[test]
