@@ -4,6 +4,7 @@
 //! has a default.
 
 use std::{
+    fs,
     net::{Ipv4Addr, SocketAddr},
     path::{Path, PathBuf},
 };
@@ -90,7 +91,7 @@ impl Config {
     /// # Errors
     /// Every mistake in the file.
     pub fn load(file: &Path) -> Result<Self, Diagnostics> {
-        document::read(file, |document, mut root| {
+        document::read(file, fs::read_to_string(file), |document, mut root| {
             let site = root.required("site", &text());
             let event_log = root.required("event_log", &text());
             let listen = listen(root.table("listen"));

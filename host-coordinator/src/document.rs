@@ -7,7 +7,7 @@
 use std::{
     cell::RefCell,
     fmt::Display,
-    fs,
+    io,
     ops::{Range, RangeInclusive},
     path::{Path, PathBuf},
     str::FromStr,
@@ -24,15 +24,17 @@ pub struct Document<'a> {
     mistakes: RefCell<Vec<Diagnostic>>,
 }
 
-/// Reads `file` with `read`, which returns `None` only after noting a mistake.
+/// Reads `text`, the content of `file`, with `read`, which returns `None` only after noting a
+/// mistake.
 ///
 /// # Errors
 /// Every mistake that was noted.
 pub fn read<T>(
     file: &Path,
+    text: io::Result<String>,
     read: impl FnOnce(&Document<'_>, Section<'_>) -> Option<T>,
 ) -> Result<T, Diagnostics> {
-    let text = match fs::read_to_string(file) {
+    let text = match text {
         Ok(text) => text,
         Err(error) => {
             let mistake = Diagnostic::new(file, None, format!("cannot be read ({error})"), "a TOML file");
@@ -230,6 +232,35 @@ pub fn one_of<T: Copy + 'static>(choices: &'static [(&'static str, T)]) -> Kind<
     Kind::new(words.join(" or "), |value| {
         let text = value.as_str()?;
         choices.iter().find(|(word, _)| *word == text).map(|&(_, choice)| choice)
+    })
+}
+
+/// True or false.
+#[must_use]
+pub fn flag() -> Kind<bool> {
+    Kind::new("true or false", |value| value.as_bool())
+}
+
+/// A number out of a few.
+#[must_use]
+pub fn one_number_of<T: Copy + 'static>(choices: &'static [(i64, T)]) -> Kind<T> {
+    let numbers: Vec<_> = choices.iter().map(|(number, _)| number.to_string()).collect();
+    Kind::new(numbers.join(" or "), |value| {
+        let number = integer(value)?;
+        choices.iter().find(|&&(choice, _)| choice == number).map(|&(_, choice)| choice)
+    })
+}
+
+/// Two letters, such as the names of two subareas.
+#[must_use]
+pub fn two_letters() -> Kind<[char; 2]> {
+    Kind::new("two letters as [\"A\", \"B\"]", |value| {
+        let elements = value.as_array()?;
+        let letter = |index: usize| {
+            let mut letters = elements.get(index)?.get_ref().as_str()?.chars();
+            letters.next().filter(|_| letters.next().is_none())
+        };
+        (elements.len() == 2).then_some([letter(0)?, letter(1)?])
     })
 }
 

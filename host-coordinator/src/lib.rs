@@ -5,6 +5,7 @@
 //! | module | one idea |
 //! |---|---|
 //! | [`selection`] | which pile a robot should use, and why |
+//! | [`site`] | the map, rooms, doors and piles, and how the site counts its cells |
 //! | [`config`] | what `chargehand run` is told by its configuration file |
 //! | [`document`] | reads a TOML file and collects every mistake in it |
 //! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
@@ -16,4 +17,5 @@ pub mod diagnostics;
 pub mod document;
 pub mod selection;
 pub mod simulate;
+pub mod site;
 pub mod ui;

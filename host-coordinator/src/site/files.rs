@@ -1,0 +1,49 @@
+//! The map and the picture of the subareas that a site names.
+
+use std::{fmt::Display, io, path::Path};
+
+use planning::{
+    formats::movingai::{self, MapProblem},
+    grid::Grid,
+    rooms::{Subareas, SubareasError},
+};
+
+use crate::diagnostics::Diagnostic;
+
+/// How a file is opened: from the disk, or from within the program.
+pub(super) type Open<'a> = &'a dyn Fn(&Path) -> io::Result<String>;
+
+/// Reads the map in `file`.
+pub(super) fn map(file: &Path, open: Open<'_>) -> Result<Grid, Diagnostic> {
+    let text = contents(file, open, "a MovingAI octile map")?;
+    movingai::read_map(&text).map_err(|error| match error.problem {
+        MapProblem::Header { expected, found } => {
+            Diagnostic::new(file, error.line, format!("`{found}`"), format!("`{expected}`"))
+        }
+        problem => mistake(file, error.line, &problem),
+    })
+}
+
+/// Reads the picture of `grid`'s subareas in `file`.
+pub(super) fn subareas(file: &Path, grid: &Grid, open: Open<'_>) -> Result<Subareas, Diagnostic> {
+    let text = contents(file, open, "a letter for every cell of the map")?;
+    Subareas::read(&text, grid).map_err(|error| {
+        let (SubareasError::Rows { line, .. }
+        | SubareasError::Ragged { line, .. }
+        | SubareasError::Terrain { line, .. }
+        | SubareasError::TooMany { line }) = error;
+        mistake(file, line, &error)
+    })
+}
+
+fn contents(file: &Path, open: Open<'_>, expected: &str) -> Result<String, Diagnostic> {
+    open(file).map_err(|error| Diagnostic::new(file, None, format!("cannot be read ({error})"), expected))
+}
+
+/// A reader's error, which says `problem: expected ...`, perhaps after the line.
+fn mistake(file: &Path, line: usize, error: &dyn Display) -> Diagnostic {
+    let error = error.to_string();
+    let error = error.strip_prefix(&format!("line {line}: ")).unwrap_or(&error);
+    let (problem, expected) = error.split_once(": expected ").unwrap_or((error, "fewer"));
+    Diagnostic::new(file, line, problem, expected)
+}

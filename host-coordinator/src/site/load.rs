@@ -1,0 +1,212 @@
+//! Reads a site's files and reports every mistake in them.
+
+use std::path::Path;
+
+use planning::{
+    grid::Grid,
+    moves::MoveSet,
+    rooms::{Door, DoorError, DoorId, Rooms, Subareas},
+};
+use protocol::PileId;
+
+use super::{
+    Site, SiteFrame, SitePile,
+    files::{self, Open},
+};
+use crate::{
+    diagnostics::{Diagnostic, Diagnostics},
+    document::{self, Document, Section, flag, number, one_number_of, pair, text, two_letters, whole},
+};
+
+/// From a door, a wall and both its subareas are at most this many cells away, so that doors
+/// may lie a little before walls that are drawn three cells thick.
+const DOOR_REACH: u32 = 5;
+
+const NEIGHBOURS: &[(i64, MoveSet)] = &[(8, MoveSet::Eight), (16, MoveSet::Sixteen)];
+
+/// Reads the site in `folder`.
+pub(super) fn load(folder: &Path, open: Open<'_>) -> Result<Site, Diagnostics> {
+    let file = folder.join("site.toml");
+    document::read(&file, open(&file), |document, root| site(document, root, open))
+}
+
+fn site(document: &Document<'_>, mut root: Section<'_>, open: Open<'_>) -> Option<Site> {
+    let name = root.required("name", &text());
+    let map = root.required("map", &text());
+    let subareas = root.required("subareas", &text());
+    let resolution_m = root.required("resolution_m", &number(0.001..=1000.0));
+    let moves = root.required("neighbours", &one_number_of(NEIGHBOURS));
+    let frame = frame(root.table("frame"));
+    let doors = placed("door", root.tables("door"), door);
+    let piles = placed("pile", root.tables("pile"), pile);
+
+    let grid = noted(document, files::map(&document.resolve(&map?), open))?;
+    let subareas = noted(document, files::subareas(&document.resolve(&subareas?), &grid, open));
+    let piles = site_piles(document, &grid, frame, &piles);
+    let (rooms, congestion) = rooms(document, &grid, subareas?, frame, &doors)?;
+    Some(Site {
+        name: name?,
+        grid,
+        rooms,
+        frame,
+        resolution_m: resolution_m?,
+        moves: moves?,
+        piles,
+        congestion,
+    })
+}
+
+fn frame(mut section: Section<'_>) -> SiteFrame {
+    SiteFrame {
+        origin: section.optional("origin", &whole(0..=1)).unwrap_or_default(),
+        y_up: section.optional("y_up", &flag()).unwrap_or_default(),
+    }
+}
+
+/// What a `[[door]]` says besides its number and place.
+struct DoorEntry {
+    joins: [char; 2],
+    congestion: f64,
+}
+
+fn door(section: &mut Section<'_>) -> Option<DoorEntry> {
+    let joins = section.required("joins", &two_letters());
+    let congestion = section.optional("congestion", &number(0.0..=1.0)).unwrap_or_default();
+    Some(DoorEntry { joins: joins?, congestion })
+}
+
+/// What a `[[pile]]` says besides its number and place.
+struct PileEntry {
+    power_w: f64,
+    charged: Option<f64>,
+}
+
+fn pile(section: &mut Section<'_>) -> Option<PileEntry> {
+    let power_w = section.required("power_w", &number(1.0..=1.0e6));
+    let charged = section.optional("charged", &number(0.0..=1.0));
+    Some(PileEntry { power_w: power_w?, charged })
+}
+
+/// A door or pile as it is written, with the line to complain of.
+struct Placed<T> {
+    entry: T,
+    id: u16,
+    at: [i32; 2],
+    line: usize,
+}
+
+/// Reads the entries of one kind, whose numbers must differ.
+fn placed<T>(
+    kind: &str,
+    sections: Vec<Section<'_>>,
+    read: fn(&mut Section<'_>) -> Option<T>,
+) -> Vec<Placed<T>> {
+    let mut seen: Vec<(u16, usize)> = Vec::new();
+    let mut all = Vec::new();
+    for mut section in sections {
+        let id = section.required("id", &whole(0..=u16::MAX.into()));
+        let at = section.required("at", &pair("cells"));
+        let entry = read(&mut section);
+        if let Some((id, first)) = seen.iter().find(|&&(other, _)| Some(other) == id) {
+            let problem = format!("{kind} {id} is there twice, first in line {first}");
+            section.mistake("id", problem, format!("a number of its own for each {kind}"));
+        }
+        seen.extend(id.map(|id| (id, section.line_of("id"))));
+        if let (Some(entry), Some(id), Some(at)) = (entry, id, at) {
+            all.push(Placed { entry, id, at, line: section.line_of("at") });
+        }
+    }
+    all
+}
+
+fn site_piles(
+    document: &Document<'_>,
+    grid: &Grid,
+    frame: SiteFrame,
+    entries: &[Placed<PileEntry>],
+) -> Vec<SitePile> {
+    let mut piles: Vec<SitePile> = Vec::new();
+    for &Placed { ref entry, id, at: [x, y], line } in entries {
+        let Some(cell) = frame.cell(grid, x, y) else {
+            let (first, last) = frame.bounds(grid);
+            let problem = format!("pile {id} is outside the map");
+            document.mistake(line, problem, format!("[x, y] from {first:?} to {last:?}"));
+            continue;
+        };
+        if !grid.is_free(cell) {
+            document.mistake(line, format!("pile {id} is in a wall"), "a free cell");
+        }
+        if let Some(other) = piles.iter().find(|other| other.cell == cell) {
+            let problem = format!("pile {id} is where pile {} is", other.id);
+            document.mistake(line, problem, "a cell of its own for each pile");
+        }
+        let power_w = entry.power_w as f32;
+        piles.push(SitePile { id: PileId(id), cell, power_w, charged: entry.charged });
+    }
+    piles.sort_by_key(|pile| pile.id);
+    piles
+}
+
+fn rooms(
+    document: &Document<'_>,
+    grid: &Grid,
+    subareas: Subareas,
+    frame: SiteFrame,
+    entries: &[Placed<DoorEntry>],
+) -> Option<(Rooms, Vec<(DoorId, f64)>)> {
+    let mut doors = Vec::new();
+    for &Placed { ref entry, id, at: [x, y], line } in entries {
+        let cell = frame.cell(grid, x, y);
+        if cell.is_none() {
+            let (first, last) = frame.bounds(grid);
+            let problem = format!("door {id} is outside the map");
+            document.mistake(line, problem, format!("[x, y] from {first:?} to {last:?}"));
+        }
+        let subarea = |name: char| {
+            let found = subareas.named(name);
+            if found.is_none() {
+                let known: String = subareas.iter().map(|(_, name)| name).collect();
+                let problem = format!("door {id} joins subarea \"{name}\", which there is not");
+                document.mistake(line, problem, format!("two of the letters {known}"));
+            }
+            found
+        };
+        let [one, other] = entry.joins.map(subarea);
+        if let (Some(cell), Some(one), Some(other)) = (cell, one, other) {
+            doors.push(Door { id: DoorId(id), cell, joins: [one, other] });
+        }
+    }
+    let congestion = entries.iter().map(|door| (DoorId(door.id), door.entry.congestion)).collect();
+    match Rooms::new(subareas, doors, DOOR_REACH) {
+        Ok(rooms) => Some((rooms, congestion)),
+        Err(errors) => {
+            errors.iter().for_each(|error| note_door(document, entries, error));
+            None
+        }
+    }
+}
+
+fn note_door(document: &Document<'_>, entries: &[Placed<DoorEntry>], error: &DoorError) {
+    let (door, problem, expected) = match *error {
+        // Noted where the numbers were read.
+        DoorError::Twice(_) => return,
+        DoorError::Blocked(door) => {
+            (door, "is in a wall".to_owned(), "a free cell of the opening".to_owned())
+        }
+        DoorError::JoinsOne(door) => (door, "joins a subarea to itself".into(), "two subareas".into()),
+        DoorError::FarFrom { door, subarea, reach } => (
+            door,
+            format!("is not near subarea \"{subarea}\", which it joins"),
+            format!("a cell of it within {reach} cells"),
+        ),
+        DoorError::NoWall { door, reach } => {
+            (door, "is in no wall".into(), format!("a blocked cell within {reach} cells of it"))
+        }
+    };
+    let line = entries.iter().find(|entry| entry.id == door.0).map(|entry| entry.line);
+    document.mistake(line, format!("door {door} {problem}"), expected);
+}
+
+fn noted<T>(document: &Document<'_>, read: Result<T, Diagnostic>) -> Option<T> {
+    read.map_err(|mistake| document.mistake_elsewhere([mistake])).ok()
+}
