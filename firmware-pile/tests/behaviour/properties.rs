@@ -1,8 +1,9 @@
 //! What holds whatever happens to a pile: [`Witness`] checks it after every step. Numbers are few
 //! and small, so that robots, leases, epochs and commands collide.
 
+use firmware_pile::{ChargingPile, Input, Parameters, TagRead};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
-use protocol::{Epoch, LeaseId, LeaseRef, RobotId};
+use protocol::*;
 
 use crate::witness::Witness;
 
@@ -89,7 +90,65 @@ proptest! {
     }
 }
 
-/// The property above would hold for a pile that never does anything.
+fn any_message() -> impl Strategy<Value = Message> {
+    let head = (any::<u32>(), any::<u64>()).prop_map(|(id, valid_until)| CommandHead {
+        id: CommandId(id),
+        valid_until: SiteMillis(valid_until),
+    });
+    let lease = (any::<u32>(), 0u32..3).prop_map(|(epoch, lease)| LeaseRef {
+        epoch: Epoch(epoch),
+        lease: LeaseId(lease),
+        robot: RobotId(1),
+    });
+    let grant = (head, lease, any::<u64>(), any::<f32>()).prop_map(|(head, lease, expiry, energy)| {
+        let expiry = SiteMillis(expiry);
+        Message::Grant(Grant { head, lease, tag: TagId::default(), expiry, energy: EnergyJ::clamped(energy) })
+    });
+    let sync = (any::<u64>(), any::<u64>()).prop_map(|(asked_at, site_now)| {
+        Message::TimeSync(TimeSync { asked_at: Millis(asked_at), site_now: SiteMillis(site_now) })
+    });
+    let rows = prop::collection::vec((any::<u16>(), any::<u32>(), any::<u32>()), 0..8).prop_map(|rows| {
+        let row = |(pile, boot, version)| PileRow {
+            pile: PileId(pile),
+            boot: BootEpoch(boot),
+            version,
+            stamp: None,
+            availability: Availability::Free,
+            remaining: Fraction::MIN,
+            planned: DurationMs(0),
+        };
+        Message::PileTable(PileTable { rows: rows.into_iter().map(row).collect() })
+    });
+    prop_oneof![grant, sync, rows]
+}
+
+proptest! {
+    /// Times jump from one end of the clock to the other, parameters and messages are absurd.
+    #[test]
+    fn no_input_panics(
+        power_w: f32,
+        [eta, period, tag_timeout] in any::<[u32; 3]>().prop_map(|all| all.map(DurationMs)),
+        periods: u16,
+        inputs in prop::collection::vec((any::<u64>(), any::<i8>(), prop::option::of(any_message())), 0..50),
+    ) {
+        let usual = Parameters::new(PileId(1), power_w);
+        let mut pile = ChargingPile::new(Parameters { eta, period, periods, tag_timeout, ..usual });
+        for (now, rssi_dbm, message) in inputs {
+            let header = Header::new(DeviceId::Coordinator, BootEpoch(1), Sequence(0));
+            let frame = message.map(|message| Frame { header, message });
+            let tag = TagRead { tag: TagId::default(), rssi_dbm };
+            let outputs = pile.step(Millis(now), frame.as_ref().map_or(Input::Tag(tag), Input::Frame));
+            for outgoing in &outputs.messages {
+                if let Message::TimeRequest(TimeRequest { asked_at }) = outgoing.message {
+                    let message = Message::TimeSync(TimeSync { asked_at, site_now: SiteMillis(now) });
+                    pile.step(Millis(now), Input::Frame(&Frame { header, message }));
+                }
+            }
+        }
+    }
+}
+
+/// What holds for the witness would hold for a pile that never does anything.
 #[test]
 fn the_histories_charge_many_robots() {
     let mut runner = TestRunner::deterministic();
