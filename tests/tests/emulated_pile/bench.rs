@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use protocol::{
@@ -52,7 +53,7 @@ impl Bench {
         let link = Serial::Dial(coordinator.local_addr().unwrap());
         let board =
             Emulator::boot(link, Serial::Dial(reader.address())).unwrap_or_else(|error| panic!("{error}"));
-        let (link, _) = coordinator.accept().unwrap();
+        let link = accept(&coordinator);
         let mut bench = Self {
             board,
             reader,
@@ -216,5 +217,23 @@ impl Bench {
         let log = self.board.log();
         assert!(!log.iter().any(|line| line.contains("contactor closed")), "the contactor closed: {log:#?}");
         last.expect("no reports were asked for")
+    }
+}
+
+/// The pile's connection; it calls as soon as QEMU runs.
+fn accept(listener: &TcpListener) -> TcpStream {
+    listener.set_nonblocking(true).unwrap();
+    let deadline = Instant::now() + SOON;
+    loop {
+        match listener.accept() {
+            Ok((pile, _)) => {
+                pile.set_nonblocking(false).unwrap();
+                return pile;
+            }
+            Err(error) if error.kind() == ErrorKind::WouldBlock && Instant::now() < deadline => {
+                thread::sleep(Duration::from_millis(10));
+            }
+            Err(error) => panic!("QEMU does not connect the pile's link: {error}; its messages say why"),
+        }
     }
 }

@@ -49,7 +49,7 @@ fn a_granted_robot_is_charged_as_eq_1_says_and_counted_once() {
     assert_eq!(ended.row.remaining.get(), 0.0);
     // QEMU's clock is the host's; both log and link are read late on a busy one.
     let seconds = f64::from(planned.as_seconds());
-    assert!((seconds - 1.0..seconds + 4.0).contains(&took.as_secs_f64()), "it took {took:?}");
+    assert!((seconds - 1.0..seconds + 6.0).contains(&took.as_secs_f64()), "it took {took:?}");
     bench.board.wait_for("contactor open", SOON).unwrap_or_else(|error| panic!("{error}"));
 
     bench.reader.clear();
