@@ -120,7 +120,7 @@ impl Leases {
         self.current.as_mut()?.charge.as_mut()
     }
 
-    /// The current lease's robot has arrived: its charge begins, unless it has begun before.
+    /// The current lease's robot has arrived: its charge begins, unless it had begun before.
     pub fn begin_charge(&mut self) {
         if let Some(lease) = &mut self.current {
             lease.charge.get_or_insert(Charge::new(lease.planned));

@@ -10,6 +10,18 @@
 //! [`pile`] takes it as an input, [`lease`] says whom the pile is granted to, [`safety`] whether
 //! the contacts may be live, and the contactor's command goes out.
 //!
+//! ```
+//! use firmware_pile::{ChargingPile, Contactor, Input, Parameters, To};
+//! use protocol::{Message, Millis, PileId};
+//!
+//! let mut pile = ChargingPile::new(Parameters::new(PileId(7), 150.0));
+//! let outputs = pile.step(Millis(0), Input::Tick);
+//! assert_eq!(outputs.contactor, Contactor::Open);
+//! // Its first word is for the coordinator.
+//! let first = outputs.messages.first().map(|outgoing| (outgoing.to, &outgoing.message));
+//! assert!(matches!(first, Some((To::Coordinator, Message::Hello(_)))));
+//! ```
+//!
 //! | module | one idea |
 //! |---|---|
 //! | [`pile`] | the core: which input concerns which room, and what is said to others |

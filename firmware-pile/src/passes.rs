@@ -1,5 +1,8 @@
 //! How often robots pass the pile, by robot and period of the day (LMPP eqs. 4, 5 and 8).
 //!
+//! The paper puts the reader on the robot and the tag on the pile; here it is the other way round,
+//! because the pile needs a reader anyway to know whom it charges. The counts are the same.
+//!
 //! The paper counts a sample every tau, so that a robot parked in the field counts as thousands of
 //! passes ([`PassRule::PerSample`]). By default an approach counts once, however long it lasts
 //! ([`PassRule::PerApproach`]).

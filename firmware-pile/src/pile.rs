@@ -298,8 +298,7 @@ impl ChargingPile {
         if let Some(reason) = self.end_of_lease() {
             self.leases.end(reason);
         }
-        let expected = self.leases.current().map(|lease| lease.tag);
-        if let Some(tag) = expected.filter(|&tag| self.presence.contains(self.now, tag)) {
+        if let Some(tag) = self.arrived() {
             self.leases.begin_charge();
             self.served = Some(tag);
         }
@@ -314,6 +313,14 @@ impl ChargingPile {
             self.contactor = if live { Contactor::Closed } else { Contactor::Open };
             self.faults.contactor_switched();
         }
+    }
+
+    /// The tag of the lease's robot, if the robot has arrived and its charge has not begun. While
+    /// another stands here too, nobody knows which of them touches the contacts.
+    fn arrived(&self) -> Option<TagId> {
+        let lease = self.leases.current().filter(|lease| lease.charge.is_none())?;
+        let alone = self.presence.contains(self.now, lease.tag) && !self.is_taken_from(lease.tag);
+        alone.then_some(lease.tag)
     }
 
     fn end_of_lease(&self) -> Option<EndReason> {

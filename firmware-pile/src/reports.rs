@@ -1,11 +1,11 @@
 //! Reports that are repeated until acknowledged: faults and passes, one at a time and in order.
 
-use protocol::{Fault, FaultCode, Message, Millis, PassCount, PassReport, ReportId, limits};
+use protocol::{DurationMs, Fault, FaultCode, Message, Millis, PassCount, PassReport, ReportId, limits};
 
 use crate::{faults::Faults, passes::PassCounter};
 
 /// How long passes are collected before they are reported.
-pub const PASS_INTERVAL: protocol::DurationMs = protocol::DurationMs(2_000);
+pub const PASS_INTERVAL: DurationMs = DurationMs(2_000);
 
 #[derive(Clone, Debug)]
 enum Content {

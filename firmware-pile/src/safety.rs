@@ -13,6 +13,9 @@ use crate::{clock::SiteClock, faults::Faults, lease::Lease, presence::Presence};
 /// 4. its robot's tag stands at the contacts,
 /// 5. the pile has no fault.
 ///
+/// A charge begins only while its robot's tag is the only one at the contacts, so that it is the
+/// robot on them that is charged and not one beside it; who comes near later changes nothing.
+///
 /// No message closes the contactor: the coordinator can forbid, never force.
 #[must_use]
 pub fn may_energise<const N: usize>(

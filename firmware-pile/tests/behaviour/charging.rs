@@ -77,6 +77,25 @@ fn a_tag_that_is_far_away_is_not_charged() {
 }
 
 #[test]
+fn no_charge_begins_while_a_stranger_stands_at_the_contacts() {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 7, 3, 1_000.0);
+    bench.send(grant);
+    for _ in 0..30 {
+        bench.standing = Some((tag(4), -45));
+        bench.wait(100);
+        bench.standing = Some((tag(3), -45));
+        bench.wait(100);
+        assert!(!bench.live());
+    }
+    bench.wait(2_000);
+    assert!(bench.live());
+    bench.standing = Some((tag(4), -45));
+    bench.wait(100);
+    assert!(bench.live(), "a robot that queues does not stop the charge");
+}
+
+#[test]
 fn a_robot_that_leaves_early_ends_its_lease() {
     let mut bench = charging();
     bench.standing = None;

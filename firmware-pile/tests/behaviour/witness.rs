@@ -36,6 +36,7 @@ pub struct Witness {
     holder: Option<LeaseId>,
     highest_epoch: Epoch,
     last_read: BTreeMap<TagId, Millis>,
+    last_strong_read: BTreeMap<TagId, Millis>,
     reader_heard: Millis,
     asked_at: Option<Millis>,
     synchronised: bool,
@@ -61,6 +62,7 @@ impl Witness {
             holder: None,
             highest_epoch: Epoch(0),
             last_read: BTreeMap::new(),
+            last_strong_read: BTreeMap::new(),
             reader_heard: Millis(0),
             asked_at: None,
             synchronised: false,
@@ -88,6 +90,9 @@ impl Witness {
         self.reader_heard = self.now;
         if rssi_dbm >= self.parameters.docked.leave_dbm {
             self.last_read.insert(tag(robot), self.now);
+        }
+        if rssi_dbm >= self.parameters.docked.enter_dbm {
+            self.last_strong_read.insert(tag(robot), self.now);
         }
         self.step(Input::Tag(TagRead { tag: tag(robot), rssi_dbm }));
     }
@@ -260,6 +265,12 @@ impl Witness {
         assert!(self.now.since(*last_read) < self.parameters.tag_timeout, "the tag was not read lately");
         assert!(self.now.since(self.reader_heard) < READER_TIMEOUT, "the reader is silent");
         assert_ne!(self.pile.availability(), Availability::Fault);
+        if !promise.begun {
+            let lately = |read: &Millis| self.now.since(*read) < self.parameters.tag_timeout;
+            let strangers =
+                self.last_strong_read.iter().filter(|(tag, read)| **tag != promise.tag && lately(read));
+            assert_eq!(strangers.count(), 0, "a charge began though another robot stood at the contacts");
+        }
         if site_now < promise.expiry {
             promise.begun = true;
         } else {
