@@ -1,8 +1,8 @@
 //! Watches that no pile ever has two holders, from outside.
 //!
 //! The auditor believes nobody: at every step it compares what the pile cores say and do with who
-//! really stands on their contacts and with the coordinator's leases. A site that is well has an
-//! empty list of [`Violation`]s.
+//! really stands on their contacts, and later with the leases that the coordinator says it had
+//! then. A site that is well has an empty list of [`Violation`]s.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -13,6 +13,8 @@ use protocol::{DurationMs, LeaseId, LeaseRef, Millis, PileId, PileState, RobotId
 
 /// How long pile and coordinator may disagree about a holder: news need time to travel.
 const NEWS: DurationMs = DurationMs(5_000);
+/// How long holders are remembered for claims about the past.
+const MEMORY: DurationMs = DurationMs(600_000);
 
 /// One pile at one instant.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +25,17 @@ pub struct Sight {
     pub closed: bool,
     /// Who stands on its contacts.
     pub at_contacts: Vec<RobotId>,
-    /// Whom the coordinator holds to be its holder.
-    pub granted: Option<RobotId>,
+}
+
+/// What the coordinator says of one pile: that it had accepted a lease of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// When.
+    pub at: Millis,
+    /// Which pile.
+    pub pile: PileId,
+    /// Whose lease.
+    pub granted: RobotId,
 }
 
 /// A pile, or a robot, that was given twice.
@@ -53,7 +64,7 @@ pub enum Violation {
         /// The other.
         other: PileId,
     },
-    /// The coordinator gave the pile to somebody while it was held by another.
+    /// The coordinator took the pile to be held by somebody while it was held by another.
     Disputed {
         /// Which pile.
         pile: PileId,
@@ -75,7 +86,7 @@ impl fmt::Display for Violation {
             }
             Self::TwoPiles { robot, one, other } => write!(f, "robot {robot} held piles {one} and {other}"),
             Self::Disputed { pile, holder, granted } => {
-                write!(f, "pile {pile} was given to robot {granted} while robot {holder} held it")
+                write!(f, "pile {pile} was taken to be robot {granted}'s while robot {holder} held it")
             }
         }
     }
@@ -84,8 +95,9 @@ impl fmt::Display for Violation {
 /// What the auditor remembers.
 #[derive(Clone, Debug, Default)]
 pub struct Auditor {
-    holders: BTreeMap<PileId, LeaseRef>,
-    disputed_since: BTreeMap<PileId, Millis>,
+    /// Every pile's holders, and since when, oldest first.
+    holders: BTreeMap<PileId, Vec<(Millis, Option<LeaseRef>)>>,
+    claims: Vec<Claim>,
     violations: BTreeSet<(LeaseId, Violation)>,
 }
 
@@ -94,16 +106,24 @@ impl Auditor {
     pub fn look(&mut self, now: Millis, sights: &BTreeMap<PileId, Sight>) {
         let mut holdings: BTreeMap<RobotId, PileId> = BTreeMap::new();
         for (&pile, sight) in sights {
-            let holder = sight.said.holder;
             self.check_contacts(pile, sight);
-            self.check_replaced(pile, sight);
-            self.check_disputed(now, pile, sight);
-            if let Some(holder) = holder
+            self.check_replaced(now, pile, sight);
+            if let Some(holder) = sight.said.holder
                 && let Some(one) = holdings.insert(holder.robot, pile)
             {
                 self.note(holder, Violation::TwoPiles { robot: holder.robot, one, other: pile });
             }
         }
+        // News of the time after a claim have to be in before it is judged.
+        let (ripe, rest) = self.claims.iter().partition(|claim| now.since(claim.at) > NEWS);
+        self.claims = rest;
+        let ripe: Vec<Claim> = ripe;
+        ripe.into_iter().for_each(|claim| self.check_claim(claim));
+    }
+
+    /// Takes a claim of the coordinator's, to be judged when all news are in.
+    pub fn hear(&mut self, claim: Claim) {
+        self.claims.push(claim);
     }
 
     /// What was found, in the order of the leases.
@@ -127,12 +147,17 @@ impl Auditor {
         }
     }
 
-    fn check_replaced(&mut self, pile: PileId, sight: &Sight) {
-        let before = match sight.said.holder {
-            Some(holder) => self.holders.insert(pile, holder),
-            None => self.holders.remove(&pile),
-        };
-        if let (Some(before), Some(holder)) = (before, sight.said.holder) {
+    fn check_replaced(&mut self, now: Millis, pile: PileId, sight: &Sight) {
+        let holder = sight.said.holder;
+        let past = self.holders.entry(pile).or_default();
+        let before = past.last().and_then(|&(_, before)| before);
+        if past.is_empty() || before != holder {
+            past.push((now, holder));
+        }
+        let forgotten = past.partition_point(|&(since, _)| now.since(since) > MEMORY);
+        // The last of the old ones lasted on.
+        past.drain(..forgotten.saturating_sub(1));
+        if let (Some(before), Some(holder)) = (before, holder) {
             let ended = sight.said.ended.is_some_and(|ended| ended.lease.lease == before.lease);
             if before.lease != holder.lease && !ended {
                 self.note(before, Violation::Replaced { pile, lease: before.lease });
@@ -140,17 +165,18 @@ impl Auditor {
         }
     }
 
-    fn check_disputed(&mut self, now: Millis, pile: PileId, sight: &Sight) {
-        match (sight.said.holder, sight.granted) {
-            (Some(holder), Some(granted)) if holder.robot != granted => {
-                let since = *self.disputed_since.entry(pile).or_insert(now);
-                if now.since(since) >= NEWS {
-                    self.note(holder, Violation::Disputed { pile, holder: holder.robot, granted });
-                }
-            }
-            _ => {
-                self.disputed_since.remove(&pile);
-            }
+    /// Somebody else must not have held the pile all the time around the claim.
+    fn check_claim(&mut self, Claim { at, pile, granted }: Claim) {
+        let Some(past) = self.holders.get(&pile) else { return };
+        let from = Millis(at.0.saturating_sub(NEWS.0.into()));
+        let first = past.partition_point(|&(since, _)| since <= from).saturating_sub(1);
+        let around = past.iter().skip(first).take_while(|&&(since, _)| since <= at.after(NEWS));
+        let holders: Option<Vec<LeaseRef>> = around.map(|&(_, holder)| holder).collect();
+        let Some(holders) = holders else { return };
+        if let Some(&holder) = holders.first()
+            && holders.iter().all(|holder| holder.robot != granted)
+        {
+            self.note(holder, Violation::Disputed { pile, holder: holder.robot, granted });
         }
     }
 }
@@ -178,7 +204,7 @@ mod tests {
             planned: DurationMs(0),
         };
         let said = PileState { row, elapsed: DurationMs(0), holder, energised: false, ended: None };
-        Sight { said, closed: false, at_contacts: Vec::new(), granted: holder.map(|holder| holder.robot) }
+        Sight { said, closed: false, at_contacts: Vec::new() }
     }
 
     fn found(looks: impl IntoIterator<Item = (u64, Vec<(PileId, Sight)>)>) -> Vec<Violation> {
@@ -222,12 +248,30 @@ mod tests {
     }
 
     #[test]
-    fn a_coordinator_that_gives_a_held_pile_away_is_found_unless_it_is_only_late_news() {
-        let disputed = || Sight { granted: Some(RobotId(8)), ..sight(Some(lease(1, 7))) };
-        let late = [(0, vec![(PILE, disputed())]), (4_000, vec![(PILE, sight(Some(lease(1, 7))))])];
-        assert_eq!(found(late), []);
-        let lasting = [(0, vec![(PILE, disputed())]), (5_000, vec![(PILE, disputed())])];
-        let expected = Violation::Disputed { pile: PILE, holder: RobotId(7), granted: RobotId(8) };
-        assert_eq!(found(lasting), [expected]);
+    fn a_coordinator_that_takes_a_held_pile_for_anothers_is_found_unless_news_were_only_late() {
+        let judge = |at| {
+            let mut auditor = Auditor::default();
+            let look = |auditor: &mut Auditor, now, holder| {
+                auditor.look(Millis(now), &[(PILE, sight(holder))].into());
+            };
+            look(&mut auditor, 0, Some(lease(1, 7)));
+            look(&mut auditor, 20_000, None);
+            auditor.hear(Claim { at: Millis(at), pile: PILE, granted: RobotId(8) });
+            look(&mut auditor, 40_000, None);
+            auditor.violations().copied().collect::<Vec<_>>()
+        };
+        let disputed = Violation::Disputed { pile: PILE, holder: RobotId(7), granted: RobotId(8) };
+        assert_eq!(judge(10_000), [disputed]);
+        assert_eq!(judge(17_000), [], "the pile let go three seconds later");
+        assert_eq!(judge(30_000), [], "nobody held the pile");
+    }
+
+    #[test]
+    fn a_claim_that_is_true_is_no_violation() {
+        let mut auditor = Auditor::default();
+        auditor.look(Millis(0), &[(PILE, sight(Some(lease(1, 7))))].into());
+        auditor.hear(Claim { at: Millis(1_000), pile: PILE, granted: RobotId(7) });
+        auditor.look(Millis(90_000), &[(PILE, sight(Some(lease(1, 7))))].into());
+        assert_eq!(auditor.violations().count(), 0);
     }
 }

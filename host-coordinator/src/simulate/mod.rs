@@ -10,15 +10,33 @@
 //! | [`random`] | reproducible chance |
 //! | [`ground`] | points on the floor and routes over it |
 //! | [`world`] | the physics: bodies, batteries, charge contacts, reader fields |
+//! | [`robot`] | a robot's own computer: works, asks, drives, charges |
+//! | [`navigator`] | what a robot knows of the site |
 //! | [`parts`] | a route that comes in parts |
+//! | [`fleet`] | the demo's robots: how they are built, charged and placed |
 //! | [`link`] | a device's socket: frames in datagrams |
 //! | [`pile_node`] | a pile's firmware between its socket and the world |
+//! | [`robot_node`] | a robot's computer between its socket and the world |
+//! | [`simulation`] | all of them, step by step |
+//! | [`pulse`] | how far the coordinator is behind the simulated time |
 //! | [`auditor`] | watches from outside that no pile has two holders |
+//! | [`report`] | what a run comes to |
+//! | [`duration`] | lengths of time as people write them |
 
 pub mod auditor;
+pub mod duration;
+pub mod fleet;
 pub mod ground;
 pub mod link;
+pub mod navigator;
 pub mod parts;
 pub mod pile_node;
+pub mod pulse;
 pub mod random;
+pub mod report;
+pub mod robot;
+pub mod robot_node;
+pub mod simulation;
+#[cfg(test)]
+mod tests;
 pub mod world;

@@ -1,0 +1,82 @@
+//! The demo's robots: built alike, charged and placed by chance.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use planning::grid::Cell;
+use protocol::{EnergyJ, RobotId, TagId};
+
+use super::{
+    navigator::{Navigator, places_of_work},
+    random::Random,
+    robot::Robot,
+    world::{Body, Build, Post, World},
+};
+use crate::{config::RobotConfig, selection::reach::alert_energy, site::Site};
+
+/// A full battery: small, so that a robot needs a charge about every quarter of an hour.
+const FULL_J: f32 = 80_000.0;
+/// What a metre of driving takes.
+const ENERGY_PER_METRE_J: f32 = 100.0;
+/// What a robot takes all the time.
+const IDLE_W: f64 = 10.0;
+/// How fast a robot drives.
+const SPEED_MPS: f64 = 0.8;
+/// Kept on top of a drive across the site (delta of LMPP eq. 3): five minutes of waiting.
+const RESERVE_J: f32 = 3_000.0;
+/// The initial charge, as a share of a full battery: from, to.
+const INITIAL_CHARGE: (f64, f64) = (0.3, 1.0);
+
+/// The robots and the floor they stand on.
+#[derive(Debug)]
+pub struct Fleet {
+    /// What the coordinator knows of them.
+    pub configs: Vec<RobotConfig>,
+    /// Their computers.
+    pub robots: BTreeMap<RobotId, Robot>,
+    /// Their bodies, and the site's piles.
+    pub world: World,
+}
+
+impl Fleet {
+    /// `count` robots on `site`, the same for the same `seed`.
+    #[must_use]
+    pub fn new(site: &Arc<Site>, count: u16, seed: u64) -> Self {
+        let places: Arc<[Cell]> = places_of_work(site).into();
+        let diameter_m = f64::from(site.grid.width()).hypot(site.grid.height().into()) * site.resolution_m;
+        let alert = alert_energy(ENERGY_PER_METRE_J, diameter_m, EnergyJ::clamped(RESERVE_J));
+        let posts = site.piles.iter().map(|pile| {
+            (pile.id, Post { position: site.position(pile.cell).into(), power_w: pile.power_w.into() })
+        });
+        let world = World { posts: posts.collect(), bodies: BTreeMap::new() };
+        let mut fleet = Self { configs: Vec::new(), robots: BTreeMap::new(), world };
+        for id in (1..=count).map(RobotId) {
+            let mut random = Random::new(seed, id.0.into());
+            let energy_j = f64::from(FULL_J) * random.between(INITIAL_CHARGE.0, INITIAL_CHARGE.1);
+            let mut navigator = Navigator::new(Arc::clone(site), Arc::clone(&places), random);
+            // A site without a place to work at has no robots.
+            let Some(position) = navigator.place() else { break };
+            let build = Build {
+                tag: tag(id),
+                full_j: FULL_J.into(),
+                idle_w: IDLE_W,
+                energy_per_metre_j: ENERGY_PER_METRE_J.into(),
+                speed_mps: SPEED_MPS,
+            };
+            fleet.configs.push(RobotConfig {
+                id,
+                tag: build.tag,
+                full: EnergyJ::clamped(FULL_J),
+                energy_per_metre_j: ENERGY_PER_METRE_J,
+            });
+            fleet.robots.insert(id, Robot::new(navigator, alert.get().into()));
+            fleet.world.bodies.insert(id, Body::new(build, position, energy_j));
+        }
+        fleet
+    }
+}
+
+/// An EPC as a fleet's owner would number them: a fixed head, the robot's number at the end.
+fn tag(robot: RobotId) -> TagId {
+    let [high, low] = robot.0.to_be_bytes();
+    TagId([0x30, 0x75, 0x1F, 0xEB, 0x70, 0x5C, 0x59, 0x04, 0xE3, 0xD5, high, low])
+}

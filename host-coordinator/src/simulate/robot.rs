@@ -1,0 +1,243 @@
+//! A robot's own computer, pure: it works, asks for a charge, drives to the pile it is given,
+//! charges, and works again.
+//!
+//! It knows its map, what its sensors tell ([`Sensed`]) and what the coordinator says, and nothing
+//! else. In particular it learns from its charge contacts that a charge has begun (they become
+//! live) and that it is over (they go dead): no message says so.
+//!
+//! ```text
+//!   Working --energy at the alert--> Waiting --route complete--> Approaching
+//!      ^                                                             | at the dock
+//!      +----------- contacts dead after a charge ---------------- Docked
+//!      +----------- contacts never live: asks again -----------------+
+//! ```
+
+use protocol::{
+    Activity, Assignment, ChargeRequest, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, PileId,
+    RequestId, RobotState, limits, version,
+};
+
+use super::{
+    ground::{KEEP_CLEAR_M, Point, Route},
+    navigator::Navigator,
+    parts::Parts,
+    world::{CONTACT_M, Sensed},
+};
+
+/// How long contacts stay dead before a charge counts as over: longer than a contactor's bounce.
+const DEAD: DurationMs = DurationMs(2_000);
+/// How long a robot stands at a pile that never becomes live before it asks again.
+const PATIENCE: DurationMs = DurationMs(60_000);
+/// How often a robot repeats a request that was answered by "not now".
+const ASK_AGAIN: DurationMs = DurationMs(10_000);
+
+/// What a robot does after a step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outputs {
+    /// A new route for the drive; `None` keeps the old one.
+    pub route: Option<Route>,
+    /// Whether the drive follows its route.
+    pub moving: bool,
+    /// To the coordinator.
+    pub messages: Vec<Message>,
+}
+
+/// What the robot is about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mode {
+    /// Drives to a place and works there until an instant, which it sets on arrival.
+    Working { until: Option<Millis> },
+    /// Has asked for a charge, asks again at an instant.
+    Waiting { ask_at: Millis },
+    /// Drives to the pile of its assignment.
+    Approaching(Dock),
+    /// Stands at it.
+    Docked { dock: Dock, charge: Charge },
+    /// Has no energy left.
+    Stranded,
+}
+
+/// Where an assignment ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Dock {
+    pile: PileId,
+    at: Point,
+}
+
+/// What the contacts have told so far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Charge {
+    /// Not live since the robot came.
+    Expected { since: Millis },
+    /// Live, most recently at this instant.
+    Flowing { live_at: Millis },
+}
+
+/// A robot's own computer.
+#[derive(Debug)]
+pub struct Robot {
+    navigator: Navigator,
+    /// The energy at which it asks (LMPP eq. 3), in joules.
+    alert_j: f64,
+    mode: Mode,
+    /// Its newest request.
+    request: RequestId,
+    /// The parts of an assignment that are here so far.
+    parts: Option<Parts>,
+    greeted: bool,
+    greet_at: Millis,
+    /// What it last said of itself, and when.
+    said: Option<(Activity, Option<RequestId>, Millis)>,
+}
+
+impl Robot {
+    /// A robot that starts to work, and asks for a charge at `alert_j` joules.
+    #[must_use]
+    pub const fn new(navigator: Navigator, alert_j: f64) -> Self {
+        Self {
+            navigator,
+            alert_j,
+            mode: Mode::Working { until: None },
+            request: RequestId(0),
+            parts: None,
+            greeted: false,
+            greet_at: Millis(0),
+            said: None,
+        }
+    }
+
+    /// What the robot does.
+    #[must_use]
+    pub const fn activity(&self) -> Activity {
+        match self.mode {
+            Mode::Working { .. } => Activity::Working,
+            Mode::Waiting { .. } => Activity::Waiting,
+            Mode::Approaching(_) => Activity::Approaching,
+            Mode::Docked { .. } => Activity::Docked,
+            Mode::Stranded => Activity::Stranded,
+        }
+    }
+
+    /// Takes what was sensed and heard by `now`.
+    pub fn step(&mut self, now: Millis, sensed: &Sensed, heard: &[Message]) -> Outputs {
+        let mut outputs = Outputs::default();
+        for message in heard {
+            match message {
+                Message::Hello(_) => self.greeted = true,
+                Message::Assignment(part) => self.take(part, sensed, &mut outputs),
+                Message::Unassigned(answer) => {
+                    if let Mode::Waiting { ask_at } = &mut self.mode
+                        && answer.request == self.request
+                    {
+                        *ask_at = now.after(ASK_AGAIN);
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.decide(now, sensed, &mut outputs);
+        outputs.moving = self.moving(sensed);
+        self.speak(now, sensed, &mut outputs.messages);
+        outputs
+    }
+
+    /// Takes a part of an assignment; sets off when it is the last.
+    fn take(&mut self, part: &Assignment, sensed: &Sensed, outputs: &mut Outputs) {
+        let wanted = match self.mode {
+            Mode::Waiting { .. } => true,
+            // Another pile than before: the coordinator has changed its mind.
+            Mode::Approaching(dock) => dock.pile != part.pile,
+            Mode::Docked { dock, charge: Charge::Expected { .. } } => dock.pile != part.pile,
+            Mode::Working { .. } | Mode::Docked { .. } | Mode::Stranded => false,
+        };
+        if !wanted || part.request != self.request {
+            return;
+        }
+        if !self.parts.as_ref().is_some_and(|parts| parts.belongs(part)) {
+            self.parts = Some(Parts::of(part));
+        }
+        let Some(waypoints) = self.parts.as_mut().and_then(|parts| parts.add(part)) else { return };
+        self.parts = None;
+        let (Some(&first), Some(&at)) = (waypoints.front(), waypoints.back()) else { return };
+        // The route begins where the robot was when it asked; it may have rolled on since.
+        let Some(mut route) = self.navigator.route(sensed.position, first) else { return };
+        route.extend(waypoints);
+        outputs.route = Some(route);
+        self.mode = Mode::Approaching(Dock { pile: part.pile, at });
+    }
+
+    /// What the robot is about from now on.
+    fn decide(&mut self, now: Millis, sensed: &Sensed, outputs: &mut Outputs) {
+        if sensed.energy_j <= 0.0 && !sensed.contacts_live {
+            self.mode = Mode::Stranded;
+        }
+        self.mode = match self.mode {
+            Mode::Working { .. } if sensed.energy_j <= self.alert_j => {
+                self.request.0 = self.request.0.wrapping_add(1);
+                self.parts = None;
+                Mode::Waiting { ask_at: now }
+            }
+            Mode::Working { until: None } if sensed.arrived => {
+                Mode::Working { until: Some(now.after(self.navigator.time_at_work())) }
+            }
+            Mode::Working { until: Some(until) } if now >= until => self.go_to_work(sensed, outputs),
+            Mode::Approaching(dock) if sensed.arrived && sensed.position.distance_m(dock.at) < CONTACT_M => {
+                Mode::Docked { dock, charge: Charge::Expected { since: now } }
+            }
+            Mode::Docked { dock, .. } if sensed.contacts_live => {
+                Mode::Docked { dock, charge: Charge::Flowing { live_at: now } }
+            }
+            Mode::Docked { charge: Charge::Flowing { live_at }, .. } if now.since(live_at) >= DEAD => {
+                self.go_to_work(sensed, outputs)
+            }
+            Mode::Docked { charge: Charge::Expected { since }, .. } if now.since(since) >= PATIENCE => {
+                self.go_to_work(sensed, outputs)
+            }
+            mode => mode,
+        };
+    }
+
+    fn go_to_work(&mut self, sensed: &Sensed, outputs: &mut Outputs) -> Mode {
+        outputs.route = self.navigator.route_to_work(sensed.position);
+        Mode::Working { until: None }
+    }
+
+    fn moving(&self, sensed: &Sensed) -> bool {
+        match self.mode {
+            Mode::Working { until } => until.is_none(),
+            Mode::Waiting { .. } => self.navigator.near_a_pile(sensed.position, KEEP_CLEAR_M),
+            Mode::Approaching(dock) => sensed.end_clear || sensed.position.distance_m(dock.at) > KEEP_CLEAR_M,
+            Mode::Docked { .. } | Mode::Stranded => false,
+        }
+    }
+
+    fn speak(&mut self, now: Millis, sensed: &Sensed, messages: &mut Vec<Message>) {
+        let position = sensed.position.into();
+        let energy = EnergyJ::clamped(sensed.energy_j as f32);
+        if !self.greeted && now >= self.greet_at {
+            self.greet_at = now.after(limits::REPEAT_INTERVAL);
+            messages.push(Message::Hello(Hello {
+                min: version::MIN,
+                current: version::CURRENT,
+                software: [0, 1, 0],
+                epoch: Epoch(0),
+            }));
+        }
+        let activity = self.activity();
+        let accepted =
+            matches!(self.mode, Mode::Approaching(_) | Mode::Docked { .. }).then_some(self.request);
+        let news = self.said.is_none_or(|(was, had, at)| {
+            (was, had) != (activity, accepted) || now.since(at) >= limits::STATE_INTERVAL
+        });
+        if news {
+            self.said = Some((activity, accepted, now));
+            messages.push(Message::RobotState(RobotState { position, energy, activity, accepted }));
+        }
+        if let Mode::Waiting { ask_at } = &mut self.mode
+            && now >= *ask_at
+        {
+            *ask_at = now.after(limits::REPEAT_INTERVAL);
+            messages.push(Message::ChargeRequest(ChargeRequest { request: self.request, position, energy }));
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! A simulated robot: its computer between its own socket and the world's floor.
+
+use std::{io, net::SocketAddr};
+
+use protocol::{DeviceId, Message, Millis, RobotId, TimeRequest};
+
+use super::{
+    link::Link,
+    robot::Robot,
+    world::{Body, Sensed},
+};
+
+/// A robot on the wire.
+#[derive(Debug)]
+pub struct RobotNode {
+    core: Robot,
+    link: Link,
+    coordinator: SocketAddr,
+    /// What has come since the last step.
+    heard: Vec<Message>,
+}
+
+impl RobotNode {
+    /// A robot that speaks to `coordinator`.
+    ///
+    /// # Errors
+    /// Its socket cannot be opened.
+    pub async fn start(robot: RobotId, core: Robot, coordinator: SocketAddr) -> io::Result<Self> {
+        Ok(Self { core, link: Link::bind(DeviceId::Robot(robot)).await?, coordinator, heard: Vec::new() })
+    }
+
+    /// The robot's computer.
+    #[must_use]
+    pub const fn core(&self) -> &Robot {
+        &self.core
+    }
+
+    /// Reads the sensors and the socket, and commands the drive of `body`.
+    pub fn step(&mut self, now: Millis, sensed: &Sensed, body: &mut Body) {
+        self.listen();
+        let outputs = self.core.step(now, sensed, &std::mem::take(&mut self.heard));
+        body.moving = outputs.moving;
+        if let Some(route) = outputs.route {
+            body.route = route;
+        }
+        for message in outputs.messages {
+            self.link.send(message, [self.coordinator]);
+        }
+    }
+
+    /// Asks the coordinator for the time.
+    pub fn ask_time(&mut self, now: Millis) {
+        self.link.send(Message::TimeRequest(TimeRequest { asked_at: now }), [self.coordinator]);
+    }
+
+    /// Reads the socket without letting time pass. Answers the newest question for the time that
+    /// was answered.
+    pub fn listen(&mut self) -> Option<Millis> {
+        self.heard.extend(self.link.received().into_iter().map(|frame| frame.message));
+        let answered = self.heard.iter().filter_map(|message| match message {
+            Message::TimeSync(sync) => Some(sync.asked_at),
+            _ => None,
+        });
+        answered.max()
+    }
+}
