@@ -241,3 +241,7 @@ impl Robot {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "robot_tests.rs"]
+mod tests;

@@ -1,0 +1,183 @@
+use protocol::{Unassigned, UnassignedReason};
+
+use super::*;
+use crate::{
+    simulate::{navigator::places_of_work, random::Random},
+    site::Site,
+};
+use std::sync::Arc;
+
+const ALERT_J: f64 = 1_000.0;
+const PILE: PileId = PileId(2);
+
+/// A robot with its surroundings under the test's control.
+struct Rig {
+    site: Arc<Site>,
+    robot: Robot,
+    now: Millis,
+    sensed: Sensed,
+}
+
+impl Rig {
+    /// In the middle of a room, far from every pile.
+    fn new() -> Self {
+        let site = Arc::new(Site::fig7().unwrap());
+        let places = places_of_work(&site).into();
+        let robot = Robot::new(Navigator::new(Arc::clone(&site), places, Random::new(1, 1)), ALERT_J);
+        let position = Point { x_m: 40.0, y_m: 85.0 };
+        let sensed =
+            Sensed { position, energy_j: 5_000.0, arrived: true, end_clear: true, contacts_live: false };
+        Self { site, robot, now: Millis(0), sensed }
+    }
+
+    fn waiting() -> (Self, RequestId) {
+        let mut rig = Self::new();
+        rig.sensed.energy_j = ALERT_J;
+        let asked = requests(&rig.after(100, &[]));
+        assert_eq!(rig.robot.activity(), Activity::Waiting);
+        (rig, asked[0])
+    }
+
+    /// On the contacts of its pile.
+    fn docked() -> Self {
+        let (mut rig, request) = Self::waiting();
+        rig.after(100, &[rig.assignment(request, PILE)]);
+        (rig.sensed.position, rig.sensed.arrived) = (rig.dock(PILE), true);
+        rig.after(100, &[]);
+        assert_eq!(rig.robot.activity(), Activity::Docked);
+        rig
+    }
+
+    fn after(&mut self, millis: u32, heard: &[Message]) -> Outputs {
+        self.now = self.now.after(DurationMs(millis));
+        let outputs = self.robot.step(self.now, &self.sensed, heard);
+        if outputs.route.is_some() {
+            self.sensed.arrived = false;
+        }
+        outputs
+    }
+
+    fn dock(&self, pile: PileId) -> Point {
+        self.site.position(self.site.pile(pile).unwrap().cell).into()
+    }
+
+    fn assignment(&self, request: RequestId, pile: PileId) -> Message {
+        let waypoints = [self.sensed.position.into(), self.dock(pile).into()].into_iter().collect();
+        Message::Assignment(Assignment { request, pile, total: 2, first: 0, waypoints })
+    }
+}
+
+fn requests(outputs: &Outputs) -> Vec<RequestId> {
+    let asked = outputs.messages.iter().filter_map(|message| match message {
+        Message::ChargeRequest(asked) => Some(asked.request),
+        _ => None,
+    });
+    asked.collect()
+}
+
+fn accepted(outputs: &Outputs) -> Option<RequestId> {
+    outputs.messages.iter().find_map(|message| match message {
+        Message::RobotState(state) => state.accepted,
+        _ => None,
+    })
+}
+
+#[test]
+fn a_robot_without_an_answer_keeps_asking_under_one_number() {
+    let (mut rig, request) = Rig::waiting();
+    let asked: Vec<_> = (0..100).flat_map(|_| requests(&rig.after(100, &[]))).collect();
+    assert_eq!(asked, [request; 10]);
+}
+
+#[test]
+fn a_robot_that_is_told_to_wait_asks_again_but_not_at_once() {
+    let (mut rig, request) = Rig::waiting();
+    let wait = Message::Unassigned(Unassigned { request, reason: UnassignedReason::AllTaken });
+    rig.after(100, &[wait]);
+    assert!((0..99).all(|_| requests(&rig.after(100, &[])).is_empty()));
+    assert_eq!(requests(&rig.after(100, &[])), [request]);
+}
+
+#[test]
+fn a_robot_sets_off_only_with_the_whole_route_and_says_so() {
+    let (mut rig, request) = Rig::waiting();
+    let Message::Assignment(whole) = rig.assignment(request, PILE) else { unreachable!() };
+    let half = |first: u16| {
+        let waypoints = whole.waypoints.iter().skip(first.into()).take(1).copied().collect();
+        Message::Assignment(Assignment { first, waypoints, ..whole.clone() })
+    };
+    let first_half = rig.after(100, &[half(1)]);
+    assert_eq!((first_half.route, rig.robot.activity()), (None, Activity::Waiting));
+    let outputs = rig.after(100, &[half(0)]);
+    assert_eq!(accepted(&outputs), Some(request));
+    assert_eq!(outputs.route.unwrap().back(), Some(&rig.dock(PILE)));
+    assert!(outputs.moving);
+}
+
+#[test]
+fn repeats_and_answers_to_older_requests_change_nothing_and_another_pile_does() {
+    let (mut rig, request) = Rig::waiting();
+    rig.after(100, &[rig.assignment(RequestId(request.0.wrapping_sub(1)), PILE)]);
+    assert_eq!(rig.robot.activity(), Activity::Waiting);
+    rig.after(100, &[rig.assignment(request, PILE)]);
+    assert_eq!(rig.after(100, &[rig.assignment(request, PILE)]).route, None);
+    let changed = rig.after(100, &[rig.assignment(request, PileId(1))]);
+    assert_eq!(changed.route.unwrap().back(), Some(&rig.dock(PileId(1))));
+}
+
+#[test]
+fn a_robot_waits_beside_a_taken_dock_and_enters_when_it_is_clear() {
+    let (mut rig, request) = Rig::waiting();
+    rig.after(100, &[rig.assignment(request, PILE)]);
+    rig.sensed.end_clear = false;
+    assert!(rig.after(100, &[]).moving, "it is still far off");
+    let dock = rig.dock(PILE);
+    rig.sensed.position = Point { x_m: dock.x_m, y_m: dock.y_m + 0.9 * KEEP_CLEAR_M };
+    assert!(!rig.after(100, &[]).moving);
+    assert_eq!(rig.robot.activity(), Activity::Approaching);
+    rig.sensed.end_clear = true;
+    assert!(rig.after(100, &[]).moving);
+}
+
+#[test]
+fn a_charge_is_over_when_live_contacts_go_dead_for_longer_than_a_bounce() {
+    let mut rig = Rig::docked();
+    rig.sensed.contacts_live = true;
+    rig.sensed.energy_j = 4_000.0;
+    rig.after(100, &[]);
+    rig.sensed.contacts_live = false;
+    rig.after(1_000, &[]);
+    assert_eq!(rig.robot.activity(), Activity::Docked);
+    let outputs = rig.after(1_000, &[]);
+    assert_eq!(rig.robot.activity(), Activity::Working);
+    assert!(outputs.route.is_some() && outputs.moving);
+    assert_eq!(accepted(&outputs), None);
+}
+
+#[test]
+fn a_robot_at_a_dead_pile_gives_up_clears_the_dock_and_asks_anew() {
+    let mut rig = Rig::docked();
+    let first = rig.robot.request;
+    let steps = 10 * PATIENCE.0 / 1_000;
+    assert!((1..steps).all(|_| requests(&rig.after(100, &[])).is_empty()));
+    assert_eq!(rig.robot.activity(), Activity::Docked);
+    assert!(rig.after(100, &[]).route.is_some());
+    let outputs = rig.after(100, &[]);
+    assert_eq!(requests(&outputs), [RequestId(first.0 + 1)]);
+    assert!(outputs.moving, "it asks on its way out of the dock");
+    rig.sensed.position = Point { x_m: 40.0, y_m: 85.0 };
+    assert!(!rig.after(100, &[]).moving, "clear of the pile, it saves its energy");
+}
+
+#[test]
+fn a_robot_without_energy_has_stranded_and_says_so_once_a_second() {
+    let mut rig = Rig::new();
+    rig.sensed.energy_j = 0.0;
+    let outputs = rig.after(100, &[]);
+    assert_eq!(rig.robot.activity(), Activity::Stranded);
+    assert!(!outputs.moving);
+    let said = (0..100).flat_map(|_| rig.after(100, &[]).messages).filter(|message| {
+        matches!(message, Message::RobotState(state) if state.activity == Activity::Stranded)
+    });
+    assert_eq!(said.count(), 10);
+}
