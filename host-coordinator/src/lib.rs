@@ -9,13 +9,23 @@
 //! | [`config`] | what `chargehand run` is told by its configuration file |
 //! | [`document`] | reads a TOML file and collects every mistake in it |
 //! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
+//! | [`core`] | what happens, what is known, what follows: pure |
+//! | [`store`] | the event log |
+//! | [`links`] | frames to and from piles and robots |
+//! | [`api`] | what programs and the dashboard can ask |
+//! | [`daemon`] | the shell that runs the core: clock, sockets, log |
 //! | [`ui`] | the dashboard's page and its files |
 //! | [`simulate`] | a whole site on loopback: the real pile cores, simulated robots |
 
+pub mod api;
 pub mod config;
+pub mod core;
+pub mod daemon;
 pub mod diagnostics;
 pub mod document;
+pub mod links;
 pub mod selection;
 pub mod simulate;
 pub mod site;
+pub mod store;
 pub mod ui;

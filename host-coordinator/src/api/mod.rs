@@ -1,0 +1,91 @@
+//! What programs and the dashboard can ask: the state as JSON, and its changes by WebSocket.
+//!
+//! | path | answer |
+//! |---|---|
+//! | `GET /api/v1/state` | a [`View`] |
+//! | `GET /api/v1/changes` | WebSocket: a whole view first, then what [`changes`] in it |
+//! | `GET /` | the dashboard ([`ui`](crate::ui)) |
+//!
+//! All of it only reads: nobody can command the site from here.
+
+pub mod changes;
+
+use std::{sync::Arc, time::Duration};
+
+use axum::{
+    Json, Router,
+    extract::{
+        State,
+        ws::{Message, WebSocket, WebSocketUpgrade},
+    },
+    response::{IntoResponse, Response},
+    routing::get,
+};
+use serde::Serialize;
+use tokio::{net::TcpListener, sync::watch, time};
+
+use self::changes::Change;
+use crate::{core::View, ui};
+
+/// A reader of changes that takes nothing for this long is hung up.
+const STUCK: Duration = Duration::from_secs(10);
+
+type Views = watch::Receiver<Arc<View>>;
+
+/// Serves until the task is dropped.
+pub async fn serve(listener: TcpListener, views: Views) {
+    let router = Router::new()
+        .route("/api/v1/state", get(state))
+        .route("/api/v1/changes", get(follow))
+        .with_state(views)
+        .merge(ui::routes());
+    if let Err(error) = axum::serve(listener, router).await {
+        tracing::error!("the dashboard has ended: {error}");
+    }
+}
+
+async fn state(State(views): State<Views>) -> Response {
+    let view = Arc::clone(&views.borrow());
+    Json(view.as_ref()).into_response()
+}
+
+async fn follow(State(views): State<Views>, upgrade: WebSocketUpgrade) -> Response {
+    upgrade.on_upgrade(|socket| tell_changes(socket, views))
+}
+
+/// What a WebSocket carries.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum Told<'a> {
+    State(&'a View),
+    Change(Change<'a>),
+}
+
+/// Tells a reader the whole view, then each change. Views come at most ten times a second; a
+/// slow reader skips some.
+async fn tell_changes(mut socket: WebSocket, mut views: Views) {
+    let mut known = Arc::clone(&views.borrow_and_update());
+    let mut sent = send(&mut socket, &Told::State(&known)).await;
+    while sent.is_some() {
+        tokio::select! {
+            changed = views.changed() => {
+                if changed.is_err() {
+                    return;
+                }
+                let view = Arc::clone(&views.borrow_and_update());
+                sent = send(&mut socket, &Told::Change(Change::between(&known, &view))).await;
+                known = view;
+            }
+            // Pings are answered while we read; nothing else is expected.
+            received = socket.recv() => match received {
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                Some(Ok(_)) => {}
+            }
+        }
+    }
+}
+
+async fn send(socket: &mut WebSocket, told: &Told<'_>) -> Option<()> {
+    let text = serde_json::to_string(told).ok()?;
+    time::timeout(STUCK, socket.send(Message::text(text))).await.ok()?.ok()
+}

@@ -1,0 +1,336 @@
+//! The coordinator's step: who is heard, what it means, and what follows from it.
+//!
+//! A step takes one input in, and then settles everything that is due: leases
+//! ([`grants`](super::grants)), the queue ([`queue`](super::queue)), and what robots are told.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use protocol::{
+    Ack, Activity, BootEpoch, DeviceId, Epoch, Fault, Frame, Hello, LeaseId, LeaseRef, Message, PassReport,
+    PileId, Reference, RobotId, RobotState, SiteMillis, TagId, TimeSync, version,
+};
+
+use super::{
+    event::{Event, Fact, Passes},
+    observed::{Freshness, Observed},
+    routes::Routes,
+    site_view::SiteView,
+    state::{Phase, State},
+};
+use crate::{
+    config::{Policy, RobotConfig},
+    site::Site,
+};
+
+/// What happens to the coordinator.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "nearly all inputs are frames")]
+pub enum Input {
+    /// It begins, or begins again after a crash: always the first input.
+    Started,
+    /// A frame arrived.
+    Frame(Frame),
+    /// Time has passed; several times a second.
+    Tick,
+}
+
+/// What the shell is to do, once the step's events are in the log.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "nearly all effects are messages")]
+pub enum Effect {
+    /// Send a message.
+    Send {
+        /// To whom.
+        to: DeviceId,
+        /// What.
+        message: Message,
+    },
+    /// Tell the operator. The same trouble has the same text, so that it can be told once.
+    Warn(String),
+}
+
+/// The outcome of a step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Step {
+    /// What changed, to be recorded before anything else.
+    pub events: Vec<Event>,
+    /// What is to be done after that, in order.
+    pub effects: Vec<Effect>,
+}
+
+/// Decides who charges where. Pure: its time, its input and its past are arguments.
+#[derive(Debug)]
+pub struct Coordinator {
+    pub(super) site: Arc<Site>,
+    pub(super) policy: Policy,
+    pub(super) robots: BTreeMap<RobotId, RobotConfig>,
+    pub(super) state: State,
+    pub(super) observed: Observed,
+    pub(super) routes: Routes,
+    pub(super) site_view: Arc<SiteView>,
+}
+
+/// A step in the making.
+pub(super) struct Turn {
+    pub now: SiteMillis,
+    step: Step,
+}
+
+impl Turn {
+    pub fn send(&mut self, to: DeviceId, message: Message) {
+        self.step.effects.push(Effect::Send { to, message });
+    }
+
+    pub fn warn(&mut self, text: String) {
+        self.step.effects.push(Effect::Warn(text));
+    }
+}
+
+impl Coordinator {
+    /// A coordinator with the past that `events` tell.
+    #[must_use]
+    pub fn recover<'a>(
+        site: Arc<Site>,
+        policy: Policy,
+        robots: &[RobotConfig],
+        events: impl IntoIterator<Item = &'a Event>,
+    ) -> Self {
+        let routes = Routes::new(&site, policy.theta);
+        Self {
+            site_view: Arc::new(SiteView::new(&site, |door| routes.is_open(door))),
+            routes,
+            site,
+            policy,
+            robots: robots.iter().map(|robot| (robot.id, *robot)).collect(),
+            state: State::fold(events),
+            observed: Observed::default(),
+        }
+    }
+
+    /// Takes one input. The events are already part of [`Self::state`]; the effects must wait until
+    /// they are recorded.
+    pub fn step(&mut self, now: SiteMillis, input: Input) -> Step {
+        let mut turn = Turn { now, step: Step::default() };
+        match input {
+            Input::Started => {
+                self.observed = Observed { started: now, queue_is_due: true, ..Observed::default() };
+                self.start_epoch(&mut turn, Epoch(0), LeaseId(1));
+            }
+            Input::Frame(frame) => self.hear(&mut turn, frame),
+            Input::Tick => {}
+        }
+        self.withdraw_requests(&mut turn);
+        self.tend_leases(&mut turn);
+        self.serve_queue(&mut turn);
+        self.instruct_robots(&mut turn);
+        turn.step
+    }
+
+    /// The durable state.
+    #[must_use]
+    pub const fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Whether the device belongs to the site or the fleet.
+    #[must_use]
+    pub fn knows(&self, device: DeviceId) -> bool {
+        match device {
+            DeviceId::Coordinator => false,
+            DeviceId::Pile(pile) => self.site.piles.iter().any(|known| known.id == pile),
+            DeviceId::Robot(robot) => self.robots.contains_key(&robot),
+        }
+    }
+
+    /// Makes a change, and notes it for the log.
+    pub(super) fn record(&mut self, turn: &mut Turn, fact: Fact) {
+        let event = Event { at: turn.now, fact };
+        self.state.apply(&event);
+        turn.step.events.push(event);
+    }
+
+    fn hear(&mut self, turn: &mut Turn, frame: Frame) {
+        let Frame { header, message } = frame;
+        let sender = header.sender;
+        if !self.knows(sender) {
+            turn.warn(format!("{sender} is not of this site; its frames are ignored"));
+            return;
+        }
+        let contact = match sender {
+            DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
+            DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
+            DeviceId::Coordinator => return,
+        };
+        match contact.hear(turn.now, header) {
+            Freshness::FirstOfBoot => {
+                contact.greeted = false;
+                if let DeviceId::Pile(pile) = sender {
+                    self.observed.piles.entry(pile).or_default().report = None;
+                }
+            }
+            Freshness::Newer => {}
+            Freshness::Old => return,
+            Freshness::OldBoot => {
+                turn.warn(format!(
+                    "{sender} sends frames of an earlier start than one heard before; they are ignored. \
+                     If its memory was replaced, restart the coordinator"
+                ));
+                return;
+            }
+        }
+        self.greet(turn, sender, &message);
+        match sender {
+            DeviceId::Pile(pile) => self.hear_pile(turn, pile, header.boot, message),
+            DeviceId::Robot(robot) => self.hear_robot(turn, robot, header.boot, message),
+            DeviceId::Coordinator => {}
+        }
+    }
+
+    /// Answers every Hello, and sends one to a device that does not know of our start yet.
+    fn greet(&mut self, turn: &mut Turn, device: DeviceId, message: &Message) {
+        let contact = match device {
+            DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
+            DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
+            DeviceId::Coordinator => return,
+        };
+        if let Message::Hello(theirs) = message {
+            let theirs = version::Range { min: theirs.min, current: theirs.current };
+            if let Err(error) = version::negotiate(version::OURS, theirs) {
+                turn.warn(format!("{device}: {error}"));
+            }
+        } else if contact.greeted {
+            return;
+        }
+        contact.greeted = true;
+        let part = |text: &str| text.parse().unwrap_or(0);
+        let software = [
+            part(env!("CARGO_PKG_VERSION_MAJOR")),
+            part(env!("CARGO_PKG_VERSION_MINOR")),
+            part(env!("CARGO_PKG_VERSION_PATCH")),
+        ];
+        if let Message::Hello(hello) = message
+            && matches!(device, DeviceId::Pile(_))
+            && hello.epoch > self.state.epoch
+        {
+            self.start_epoch(turn, hello.epoch, LeaseId(0));
+        }
+        let version::Range { min, current } = version::OURS;
+        let hello = Hello { min, current, software, epoch: self.state.epoch };
+        turn.send(device, Message::Hello(hello));
+    }
+
+    /// Goes beyond every epoch heard of, and beyond every lease number.
+    pub(super) fn start_epoch(&mut self, turn: &mut Turn, heard: Epoch, next_lease: LeaseId) {
+        let epoch = Epoch(self.state.epoch.max(heard).0.saturating_add(1));
+        let next_lease = self.state.next_lease.max(next_lease);
+        self.record(turn, Fact::EpochStarted { epoch, next_lease });
+    }
+
+    fn hear_pile(&mut self, turn: &mut Turn, pile: PileId, boot: BootEpoch, message: Message) {
+        let to = DeviceId::Pile(pile);
+        match message {
+            Message::PileState(report) => self.hear_report(turn, pile, report),
+            Message::Ack(Ack { of: Reference::Command(command) }) => self.hear_ack(turn, pile, command),
+            Message::Nack(nack) => {
+                if let Reference::Command(command) = nack.of {
+                    self.hear_nack(turn, pile, command, nack.reason);
+                }
+            }
+            Message::PassReport(report) => {
+                self.count_passes(turn, pile, boot, &report);
+                turn.send(to, Message::Ack(Ack { of: Reference::Report(report.report) }));
+            }
+            Message::Fault(fault) => {
+                self.note_fault(turn, pile, boot, fault);
+                turn.send(to, Message::Ack(Ack { of: Reference::Report(fault.report) }));
+            }
+            Message::TimeRequest(request) => {
+                turn.send(to, Message::TimeSync(TimeSync { asked_at: request.asked_at, site_now: turn.now }))
+            }
+            // Hello is answered, gossip is forwarded by the links, the rest is not a pile's to say.
+            _ => {}
+        }
+    }
+
+    fn hear_robot(&mut self, turn: &mut Turn, robot: RobotId, boot: BootEpoch, message: Message) {
+        match message {
+            Message::RobotState(report) => self.hear_robot_state(turn, robot, report),
+            Message::ChargeRequest(request) => self.hear_request(turn, robot, boot, request),
+            Message::TimeRequest(request) => turn.send(
+                DeviceId::Robot(robot),
+                Message::TimeSync(TimeSync { asked_at: request.asked_at, site_now: turn.now }),
+            ),
+            _ => {}
+        }
+    }
+
+    fn hear_robot_state(&mut self, turn: &mut Turn, robot: RobotId, report: RobotState) {
+        self.observed.robots.entry(robot).or_default().hear(turn.now, report);
+        let stranded = self.state.stranded.contains(&robot);
+        match report.activity {
+            Activity::Stranded if !stranded => {
+                self.record(turn, Fact::Stranded { robot });
+                turn.warn(format!("robot {robot} has stranded: help has to come"));
+            }
+            Activity::Working | Activity::Waiting | Activity::Approaching | Activity::Docked if stranded => {
+                self.record(turn, Fact::Recovered { robot });
+            }
+            _ => {}
+        }
+    }
+
+    /// Adds a report's passes once, however often it comes.
+    fn count_passes(&mut self, turn: &mut Turn, pile: PileId, boot: BootEpoch, report: &PassReport) {
+        let counted = self.state.piles.get(&pile).and_then(|record| record.pass_report);
+        if counted.is_some_and(|counted| (boot, report.report) <= counted) {
+            return;
+        }
+        let robot_of = |tag: TagId| self.robots.values().find(|robot| robot.tag == tag).map(|robot| robot.id);
+        let counts = report.passes.iter().filter(|count| count.period < super::PILE.periods);
+        let passes = counts.filter_map(|count| {
+            Some(Passes { robot: robot_of(count.tag)?, period: count.period, passes: count.passes })
+        });
+        let passes = passes.collect();
+        self.record(turn, Fact::Passed { pile, boot, report: report.report, passes });
+    }
+
+    fn note_fault(&mut self, turn: &mut Turn, pile: PileId, boot: BootEpoch, fault: Fault) {
+        let noted = self.state.piles.get(&pile).and_then(|record| record.fault_report);
+        if noted.is_some_and(|noted| (boot, fault.report) <= noted) {
+            return;
+        }
+        let Fault { report, code, active } = fault;
+        self.record(turn, Fact::FaultReported { pile, boot, report, code, active });
+        if active {
+            turn.warn(format!("pile {pile} has a fault: {}", super::view::fault_name(code)));
+        }
+    }
+
+    /// Raises epoch and lease numbers when a pile knows of higher ones: the event log was lost, or
+    /// another coordinator reigned in between.
+    pub(super) fn outdo(&mut self, turn: &mut Turn, named: LeaseRef) {
+        if named.epoch > self.state.epoch || named.lease >= self.state.next_lease {
+            self.start_epoch(turn, named.epoch, LeaseId(named.lease.0.saturating_add(1)));
+        }
+    }
+
+    /// Whether a robot went back to work although it asked for a charge.
+    pub(super) fn is_back_at_work(&self, robot: RobotId) -> bool {
+        self.observed.robots.get(&robot).is_some_and(|seen| {
+            seen.left_work && seen.report.is_some_and(|report| report.activity == Activity::Working)
+        })
+    }
+
+    /// Whether a robot does not follow its assignment but works on, long after the grant.
+    pub(super) fn ignores_its_assignment(&self, robot: RobotId, now: SiteMillis) -> bool {
+        let Some(since) = self.observed.robots.get(&robot).and_then(|seen| seen.working_since) else {
+            return false;
+        };
+        let granted =
+            self.state.piles.values().filter_map(|record| record.lease.as_ref()).find_map(|lease| {
+                (lease.name.robot == robot && matches!(lease.phase, Phase::Held { .. }))
+                    .then_some(lease.granted_at)
+            });
+        granted.is_some_and(|granted| now.since(since.max(granted)) > super::ROBOT_PATIENCE)
+    }
+}

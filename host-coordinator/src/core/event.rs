@@ -1,0 +1,239 @@
+//! What the event log records: every durable change, when it happened and why.
+//!
+//! The log is the audit trail, the replay and the crash recovery, so an [`Event`] carries what a
+//! person needs to understand it. Names and fields are the log's format: add, never rename.
+
+use protocol::{
+    BootEpoch, CommandId, DurationMs, EndReason, EnergyJ, Epoch, FaultCode, LeaseId, LeaseRef, NackReason,
+    PileId, Position, ReportId, RequestId, RobotId, SiteMillis,
+};
+use serde::{Deserialize, Serialize};
+
+use super::decision::Decision;
+
+/// One durable change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// When.
+    pub at: SiteMillis,
+    /// What.
+    pub fact: Fact,
+}
+
+/// What changed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fact {
+    /// A coordinator took over, or learned of a higher epoch and went beyond it.
+    EpochStarted {
+        /// Its epoch.
+        epoch: Epoch,
+        /// No lease had this number or a higher one.
+        next_lease: LeaseId,
+    },
+    /// A robot asked for a charge.
+    Asked {
+        /// Who.
+        robot: RobotId,
+        /// The robot's start in which it asked; requests are numbered anew in every start.
+        boot: BootEpoch,
+        /// Its request.
+        request: RequestId,
+        /// Where it was.
+        position: Position,
+        /// What its battery held.
+        energy: EnergyJ,
+    },
+    /// A robot went back to work without its charge.
+    Withdrawn {
+        /// Who.
+        robot: RobotId,
+    },
+    /// A pile was chosen for a robot, or none, and why.
+    Decided(Decision),
+    /// A robot was told to go to a pile; repeats are not recorded.
+    Assigned {
+        /// Who.
+        robot: RobotId,
+        /// Where to.
+        pile: PileId,
+    },
+    /// An occupied pile was promised to the robot that uses it next (LMPP's Q2).
+    NextReserved {
+        /// Which pile.
+        pile: PileId,
+        /// Who is next.
+        robot: RobotId,
+    },
+    /// The promise could not be kept; the robot waits again.
+    NextReleased {
+        /// Which pile.
+        pile: PileId,
+        /// Who was next.
+        robot: RobotId,
+    },
+    /// A pile was given to a robot: a new lease.
+    Granted {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseRef,
+        /// What the robot's battery lacked.
+        energy: EnergyJ,
+        /// How the pile is told.
+        command: Command,
+        /// When it runs out unless extended.
+        expiry: SiteMillis,
+    },
+    /// A lease was to last longer, or its grant was sent anew.
+    Extended {
+        /// Which pile.
+        pile: PileId,
+        /// The lease under the coordinator's epoch.
+        lease: LeaseRef,
+        /// How the pile is told.
+        command: Command,
+        /// When it runs out now.
+        expiry: SiteMillis,
+    },
+    /// The pile holds to the lease until the expiry it was told last.
+    Accepted {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseId,
+    },
+    /// The pile could not obey yet; it will be asked again under the same lease.
+    Deferred {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseId,
+        /// Its answer.
+        reason: NackReason,
+    },
+    /// The pile refused a new lease; the robot waits again. The lease lingers until no copy of
+    /// its grant can arrive any more.
+    Refused {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseId,
+        /// Its answer.
+        reason: NackReason,
+    },
+    /// The coordinator took a lease back.
+    Revoked {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseRef,
+        /// How the pile is told.
+        command: Command,
+        /// Why.
+        why: RevokeReason,
+    },
+    /// A pile charges a robot under a lease that this coordinator did not know any more, and goes
+    /// on with it.
+    Adopted {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseRef,
+    },
+    /// A lease is over.
+    Ended {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseId,
+        /// Whose it was.
+        robot: RobotId,
+        /// Why.
+        why: LeaseEnd,
+        /// For how long the robot was charged, as far as known.
+        charged: DurationMs,
+    },
+    /// A pile told which robots passed it (LMPP eq. 4).
+    Passed {
+        /// Which pile.
+        pile: PileId,
+        /// The pile's start in which it said so; reports are numbered anew in every start.
+        boot: BootEpoch,
+        /// Its report.
+        report: ReportId,
+        /// What to add to the counts.
+        passes: Vec<Passes>,
+    },
+    /// A pile found a fault, or found it gone.
+    FaultReported {
+        /// Which pile.
+        pile: PileId,
+        /// The pile's start in which it said so.
+        boot: BootEpoch,
+        /// Its report.
+        report: ReportId,
+        /// Which fault.
+        code: FaultCode,
+        /// Whether it is there now.
+        active: bool,
+    },
+    /// A robot cannot move any more: help has to come.
+    Stranded {
+        /// Who.
+        robot: RobotId,
+    },
+    /// A stranded robot moves again.
+    Recovered {
+        /// Who.
+        robot: RobotId,
+    },
+}
+
+/// How a pile is told of a grant or a revocation: repeated until answered or out of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Command {
+    /// The same in every repeat, never given twice.
+    pub id: CommandId,
+    /// The pile refuses it later.
+    pub valid_until: SiteMillis,
+}
+
+/// Passes of one robot in one period of the day.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Passes {
+    /// Who passed.
+    pub robot: RobotId,
+    /// The period of the day (eq. 8).
+    pub period: u16,
+    /// How often.
+    pub passes: u32,
+}
+
+/// Why the coordinator takes a lease back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RevokeReason {
+    /// The robot went back to work before its charge began.
+    Abandoned,
+    /// The robot cannot come any more.
+    Stranded,
+    /// The pile did not answer in time.
+    Unanswered,
+    /// The pile reserves its place under a lease that this coordinator does not know.
+    Unknown,
+}
+
+/// Why a lease is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LeaseEnd {
+    /// The pile ended it.
+    ByPile(EndReason),
+    /// The pile does not know it any more.
+    Lost,
+    /// It ran out while the pile was silent, or before the pile answered.
+    RanOut,
+    /// The pile acknowledged its revocation.
+    Revoked,
+}

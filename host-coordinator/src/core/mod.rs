@@ -1,0 +1,46 @@
+//! The coordinator's core: pure, deterministic, event-sourced.
+//!
+//! [`Coordinator::step`] takes an input at an instant and answers with [`Event`]s and [`Effect`]s.
+//! The shell ([`daemon`](crate::daemon)) appends the events to the log before it performs the
+//! effects, so whatever the world has seen of the coordinator is recorded. After a crash
+//! [`Coordinator::recover`] folds the log, the first input [`Input::Started`] raises the epoch, and
+//! the leases that were alive go on under the same numbers.
+//!
+//! | module | one idea |
+//! |---|---|
+//! | [`event`] | what the log records |
+//! | [`decision`] | a choice of a pile, kept so that a person can ask why |
+//! | [`state`] | what is known for sure: the fold of the log |
+//! | [`observed`] | what was heard since the start |
+//! | [`coordinator`] | the step: who is heard and what it means |
+//! | `grants` | leases: granted, extended, taken back, ended |
+//! | `queue` | robots that ask: who waits, who is given which pile, what they are told |
+//! | [`routes`] | ways and their lengths (LMPP Algorithm 6) |
+//! | [`view`] | what a person sees; its map is drawn in `site_view` |
+
+pub mod coordinator;
+pub mod decision;
+pub mod event;
+mod grants;
+pub mod observed;
+mod queue;
+pub mod routes;
+mod site_view;
+pub mod state;
+pub mod view;
+
+pub use coordinator::{Coordinator, Effect, Input, Step};
+pub use decision::Decision;
+pub use event::{Event, Fact};
+pub use state::State;
+pub use view::View;
+
+use firmware_pile::Parameters;
+use protocol::{DurationMs, PileId};
+
+/// What all piles have in common: the periods of the day by which they count passes (LMPP eq. 8),
+/// and the adjustment of their planned times (eq. 2).
+const PILE: Parameters = Parameters::new(PileId(0), 0.0);
+
+/// A robot that still works this long after a pile was granted to it will not come.
+pub const ROBOT_PATIENCE: DurationMs = DurationMs(30_000);

@@ -1,0 +1,174 @@
+//! What the coordinator has heard since it started: reports, who is silent, what was said when.
+//!
+//! None of this is in the event log. The world repeats it within seconds of a restart.
+
+use std::collections::BTreeMap;
+
+use planning::grid::Cell;
+use protocol::{
+    Activity, BootEpoch, EnergyJ, Header, PileId, PileState, Position, RequestId, RobotId, RobotState,
+    Sequence, SiteMillis, limits,
+};
+
+use super::routes::Lengths;
+
+/// Everything heard.
+#[derive(Debug, Default)]
+pub struct Observed {
+    /// When this coordinator started.
+    pub started: SiteMillis,
+    /// Of the piles.
+    pub piles: BTreeMap<PileId, SeenPile>,
+    /// Of the robots.
+    pub robots: BTreeMap<RobotId, SeenRobot>,
+    /// Whether anything changed that may help a robot in the queue.
+    pub queue_is_due: bool,
+    /// When the queue was last served.
+    pub queue_served_at: SiteMillis,
+}
+
+/// The frames of one device.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Contact {
+    /// When it was last heard.
+    pub heard: Option<SiteMillis>,
+    /// Whether it got our Hello since we started.
+    pub greeted: bool,
+    newest: Option<(BootEpoch, Sequence)>,
+}
+
+/// Whether a frame says anything new.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freshness {
+    /// The first frame of a start of the device.
+    FirstOfBoot,
+    /// Newer than all before.
+    Newer,
+    /// A repeat of the network, or late. Everything worth saying is said again, so it is dropped.
+    Old,
+    /// Of an earlier start of the device than one that was heard.
+    OldBoot,
+}
+
+/// What was heard of a pile.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SeenPile {
+    /// Its frames.
+    pub contact: Contact,
+    /// Its last report since its start.
+    pub report: Option<PileState>,
+    /// When it was last sent a command.
+    pub commanded_at: Option<SiteMillis>,
+}
+
+/// What was heard of a robot.
+#[derive(Clone, Debug, Default)]
+pub struct SeenRobot {
+    /// Its frames.
+    pub contact: Contact,
+    /// Its last report.
+    pub report: Option<RobotState>,
+    /// Where it was last, and what its battery held.
+    pub last: Option<(Position, EnergyJ)>,
+    /// Whether it did anything but work since it asked.
+    pub left_work: bool,
+    /// Since when it has said nothing but that it works.
+    pub working_since: Option<SiteMillis>,
+    /// What it was last told, and when.
+    pub told: Option<(Told, SiteMillis)>,
+    /// The route of its assignment.
+    pub route: Option<Route>,
+    /// The lengths of its ways from the cell where it was last.
+    pub lengths: Option<(Cell, Lengths)>,
+}
+
+/// What a robot can be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// Go to a pile.
+    Go(PileId),
+    /// Wait.
+    Wait,
+}
+
+/// A route as it was sent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Route {
+    /// The request it answers.
+    pub request: RequestId,
+    /// Where it leads.
+    pub pile: PileId,
+    /// The cells where it turns, both ends included.
+    pub cells: Vec<Cell>,
+    /// The same in metres.
+    pub waypoints: Vec<Position>,
+}
+
+impl Contact {
+    /// Takes note of a frame's header.
+    pub fn hear(&mut self, now: SiteMillis, header: Header) -> Freshness {
+        let freshness = match self.newest {
+            Some((boot, _)) if header.boot < boot => Freshness::OldBoot,
+            Some((boot, newest)) if header.boot == boot => {
+                // Sequences wrap around.
+                let ahead = header.sequence.0.wrapping_sub(newest.0);
+                if ahead == 0 || ahead > u32::MAX / 2 { Freshness::Old } else { Freshness::Newer }
+            }
+            _ => Freshness::FirstOfBoot,
+        };
+        if matches!(freshness, Freshness::FirstOfBoot | Freshness::Newer) {
+            self.newest = Some((header.boot, header.sequence));
+            self.heard = Some(now);
+        }
+        freshness
+    }
+
+    /// The device's start that was heard last.
+    #[must_use]
+    pub fn boot(&self) -> Option<BootEpoch> {
+        self.newest.map(|(boot, _)| boot)
+    }
+}
+
+impl Observed {
+    /// Whether a device was silent for too long. Before its first frame the time since our start
+    /// counts.
+    #[must_use]
+    pub fn is_silent(&self, contact: Option<&Contact>, now: SiteMillis) -> bool {
+        let heard = contact.and_then(|contact| contact.heard).unwrap_or(self.started);
+        now.since(heard) > limits::SILENCE
+    }
+
+    /// Whether a pile was silent for too long.
+    #[must_use]
+    pub fn pile_is_silent(&self, pile: PileId, now: SiteMillis) -> bool {
+        self.is_silent(self.piles.get(&pile).map(|seen| &seen.contact), now)
+    }
+
+    /// Whether a robot was silent for too long.
+    #[must_use]
+    pub fn robot_is_silent(&self, robot: RobotId, now: SiteMillis) -> bool {
+        self.is_silent(self.robots.get(&robot).map(|seen| &seen.contact), now)
+    }
+
+    /// A pile's report, unless it was silent for too long since.
+    #[must_use]
+    pub fn report(&self, pile: PileId, now: SiteMillis) -> Option<&PileState> {
+        let seen = self.piles.get(&pile)?;
+        seen.report.as_ref().filter(|_| !self.is_silent(Some(&seen.contact), now))
+    }
+}
+
+impl SeenRobot {
+    /// Takes a report in.
+    pub fn hear(&mut self, now: SiteMillis, report: RobotState) {
+        self.last = Some((report.position, report.energy));
+        if report.activity == Activity::Working {
+            self.working_since.get_or_insert(now);
+        } else {
+            self.working_since = None;
+            self.left_work = true;
+        }
+        self.report = Some(report);
+    }
+}

@@ -1,0 +1,249 @@
+//! Robots that ask: who waits, who is given which pile, and what they are told.
+//!
+//! A request is never dropped. It waits, first come first served, is tried again at every change,
+//! and is closed by a complete charge or by its robot, which goes back to work.
+
+use firmware_pile::charge;
+use protocol::{
+    Assignment, Availability, BootEpoch, ChargeRequest, DeviceId, EnergyJ, Message, PileId, Position,
+    RobotId, SiteMillis, Unassigned, UnassignedReason, limits,
+};
+
+use super::{
+    PILE,
+    coordinator::{Coordinator, Turn},
+    decision::Decision,
+    event::Fact,
+    observed::{Route, Told},
+    routes::Lengths,
+    state::{Phase, Place, Request},
+};
+use crate::selection::{self, Candidate, activity, reach};
+
+impl Coordinator {
+    /// A robot asks. Its frames come in order, so another number than before is a new request.
+    pub(super) fn hear_request(
+        &mut self,
+        turn: &mut Turn,
+        robot: RobotId,
+        boot: BootEpoch,
+        asked: ChargeRequest,
+    ) {
+        let ChargeRequest { request, position, energy } = asked;
+        let seen = self.observed.robots.entry(robot).or_default();
+        seen.last = Some((position, energy));
+        let open = self.state.requests.get(&robot);
+        if open.is_some_and(|open| (open.boot, open.id) == (boot, request)) {
+            // It has not heard the answer.
+            if seen.told.is_some_and(|(_, at)| turn.now.since(at) >= limits::REPEAT_INTERVAL) {
+                seen.told = None;
+            }
+            return;
+        }
+        seen.left_work = seen.working_since.is_none() && seen.report.is_some();
+        seen.working_since = seen.working_since.map(|_| turn.now);
+        seen.told = None;
+        self.record(turn, Fact::Asked { robot, boot, request, position, energy });
+        self.observed.queue_is_due = true;
+    }
+
+    /// Closes the requests of robots that went back to work.
+    pub(super) fn withdraw_requests(&mut self, turn: &mut Turn) {
+        let open: Vec<_> =
+            self.state.requests.iter().map(|(robot, request)| (*robot, request.place)).collect();
+        for (robot, place) in open {
+            if !self.is_back_at_work(robot) {
+                continue;
+            }
+            match place {
+                Place::Waiting => self.record(turn, Fact::Withdrawn { robot }),
+                Place::Next(pile) => {
+                    self.record(turn, Fact::NextReleased { pile, robot });
+                    self.record(turn, Fact::Withdrawn { robot });
+                }
+                // The lease has to be taken back first.
+                Place::Granted(_) => {}
+            }
+        }
+    }
+
+    /// Tries to find a pile for every robot in the queue, at every change and every second.
+    pub(super) fn serve_queue(&mut self, turn: &mut Turn) {
+        let observed = &mut self.observed;
+        if !observed.queue_is_due && turn.now.since(observed.queue_served_at) < limits::REPEAT_INTERVAL {
+            return;
+        }
+        observed.queue_is_due = false;
+        observed.queue_served_at = turn.now;
+        let mut waiting: Vec<_> =
+            self.state.requests.iter().filter(|(_, of)| of.place == Place::Waiting).collect();
+        waiting.sort_by_key(|(robot, request)| (request.asked_at, **robot));
+        let waiting: Vec<_> = waiting.into_iter().map(|(robot, request)| (*robot, *request)).collect();
+        for (robot, request) in waiting {
+            let lost = self.observed.robot_is_silent(robot, turn.now);
+            if !lost && !self.state.stranded.contains(&robot) {
+                self.serve(turn, robot, &request);
+            }
+        }
+    }
+
+    fn serve(&mut self, turn: &mut Turn, robot: RobotId, request: &Request) {
+        let Some(config) = self.robots.get(&robot).copied() else { return };
+        let seen = self.observed.robots.get(&robot).and_then(|seen| seen.last);
+        let (position, energy) = seen.unwrap_or((request.position, request.energy));
+        let lengths = self.lengths(turn, robot, position);
+        let lacking = EnergyJ::clamped(config.full.get() - energy.get());
+        let candidates = self.candidates(robot, lacking, &lengths, turn.now);
+        let reach = reach::reach_cells(energy, config.energy_per_metre_j, self.site.resolution_m);
+        let choice = selection::choose(&candidates, reach, self.policy.q_threshold, self.policy.rule);
+        if choice.chosen.is_some() || !request.decided {
+            let id = self.state.next_decision;
+            let decision = Decision::new(id, turn.now, robot, request.id, reach, &choice);
+            self.record(turn, Fact::Decided(decision));
+        }
+        let Some(pile) = choice.chosen else {
+            let reachable = lengths.values().any(|length| *length <= reach);
+            let reason = if reachable { UnassignedReason::AllTaken } else { UnassignedReason::OutOfReach };
+            self.tell_to_wait(turn, robot, request, reason);
+            return;
+        };
+        if self.availability(pile, turn.now) == Some(Availability::Free) {
+            self.grant(turn, pile, robot);
+        } else {
+            self.record(turn, Fact::NextReserved { pile, robot });
+        }
+    }
+
+    /// The lengths of a robot's ways to all piles; none from a place where no robot can be.
+    fn lengths(&mut self, turn: &mut Turn, robot: RobotId, position: Position) -> Lengths {
+        let Some(cell) = self.site.cell_of(position).filter(|cell| self.site.grid.is_free(*cell)) else {
+            turn.warn(format!(
+                "robot {robot} says that it stands in a wall or outside the map, where no way begins: \
+                 is its localisation lost?"
+            ));
+            return Lengths::new();
+        };
+        let known = self.observed.robots.get(&robot).and_then(|seen| seen.lengths.clone());
+        if let Some((_, lengths)) = known.filter(|(of, _)| *of == cell) {
+            return lengths;
+        }
+        let lengths = self.routes.lengths(cell);
+        self.observed.robots.entry(robot).or_default().lengths = Some((cell, lengths.clone()));
+        lengths
+    }
+
+    fn candidates(
+        &self,
+        robot: RobotId,
+        lacking: EnergyJ,
+        lengths: &Lengths,
+        now: SiteMillis,
+    ) -> Vec<Candidate> {
+        let candidate = |pile: &crate::site::SitePile| {
+            let planned = charge::planned_time([lacking], pile.power_w, PILE.eta);
+            let period = activity::period(now, planned, PILE.period, PILE.periods);
+            let report = self.observed.report(pile.id, now);
+            Candidate {
+                pile: pile.id,
+                availability: self.availability(pile.id, now),
+                remaining: report.map_or(0.0, |report| report.row.remaining.get().into()),
+                distance: lengths.get(&pile.id).copied(),
+                probability: self.state.pass_frequency(robot, period, pile.id),
+            }
+        };
+        self.site.piles.iter().map(candidate).collect()
+    }
+
+    /// What a pile can be used for: what it reports, and what was promised since.
+    pub(super) fn availability(&self, pile: PileId, now: SiteMillis) -> Option<Availability> {
+        let reported = self.observed.report(pile, now)?.row.availability;
+        let promised = self.state.next(pile).is_some();
+        let lease = self.state.lease(pile);
+        Some(match reported {
+            Availability::Free if lease.is_some() || promised => Availability::Reserved,
+            Availability::Charging if promised || lease.is_some_and(|lease| !lease.is_wanted()) => {
+                Availability::Reserved
+            }
+            reported => reported,
+        })
+    }
+
+    /// Tells every robot that asked where to go, until it goes there, or that it must wait.
+    pub(super) fn instruct_robots(&mut self, turn: &mut Turn) {
+        let open: Vec<_> = self.state.requests.iter().map(|(robot, request)| (*robot, *request)).collect();
+        for (robot, request) in open {
+            let report = self.observed.robots.get(&robot).and_then(|seen| seen.report);
+            let accepted = report.is_some_and(|report| report.accepted == Some(request.id));
+            let goal = match request.place {
+                Place::Waiting => None,
+                Place::Next(pile) => Some(pile),
+                Place::Granted(pile) => {
+                    let held = |phase| matches!(phase, Phase::Held { .. });
+                    self.state.lease(pile).filter(|lease| held(lease.phase)).map(|_| pile)
+                }
+            };
+            match goal {
+                Some(pile) if accepted && request.assigned == Some(pile) => {}
+                Some(pile) if !accepted => self.assign(turn, robot, &request, pile),
+                // It follows an assignment that does not hold any more.
+                _ if accepted => self.tell_to_wait(turn, robot, &request, UnassignedReason::AllTaken),
+                _ => {}
+            }
+        }
+    }
+
+    fn tell_to_wait(&mut self, turn: &mut Turn, robot: RobotId, request: &Request, reason: UnassignedReason) {
+        if self.is_to_be_told(robot, Told::Wait, turn.now) {
+            turn.send(
+                DeviceId::Robot(robot),
+                Message::Unassigned(Unassigned { request: request.id, reason }),
+            );
+        }
+    }
+
+    fn assign(&mut self, turn: &mut Turn, robot: RobotId, request: &Request, pile: PileId) {
+        if !self.is_to_be_told(robot, Told::Go(pile), turn.now) {
+            return;
+        }
+        let Some(route) = self.route(turn, robot, request, pile) else { return };
+        if request.assigned != Some(pile) {
+            self.record(turn, Fact::Assigned { robot, pile });
+        }
+        let total = u16::try_from(route.waypoints.len()).unwrap_or(u16::MAX);
+        for (part, waypoints) in route.waypoints.chunks(limits::WAYPOINTS_PER_PART).enumerate() {
+            let first = u16::try_from(part * limits::WAYPOINTS_PER_PART).unwrap_or(u16::MAX);
+            let waypoints = waypoints.iter().copied().collect();
+            let assignment = Assignment { request: request.id, pile, total, first, waypoints };
+            turn.send(DeviceId::Robot(robot), Message::Assignment(assignment));
+        }
+    }
+
+    fn is_to_be_told(&mut self, robot: RobotId, what: Told, now: SiteMillis) -> bool {
+        let seen = self.observed.robots.entry(robot).or_default();
+        let told =
+            seen.told.is_some_and(|(told, at)| told == what && now.since(at) < limits::REPEAT_INTERVAL);
+        if !told {
+            seen.told = Some((what, now));
+        }
+        !told
+    }
+
+    /// The route of an assignment: planned once, so that its repeated parts fit together.
+    fn route(&mut self, turn: &mut Turn, robot: RobotId, request: &Request, pile: PileId) -> Option<Route> {
+        let seen = self.observed.robots.entry(robot).or_default();
+        let known = seen.route.as_ref().filter(|route| (route.request, route.pile) == (request.id, pile));
+        if let Some(route) = known {
+            return Some(route.clone());
+        }
+        let position = seen.last.map_or(request.position, |(position, _)| position);
+        let cells = self.site.cell_of(position).and_then(|from| self.routes.route(from, pile));
+        let Some(cells) = cells else {
+            turn.warn(format!("robot {robot} has no way to pile {pile} from where it is now"));
+            return None;
+        };
+        let waypoints = cells.iter().map(|cell| self.site.position(*cell)).collect();
+        let route = Route { request: request.id, pile, cells, waypoints };
+        self.observed.robots.entry(robot).or_default().route = Some(route.clone());
+        Some(route)
+    }
+}

@@ -1,0 +1,410 @@
+//! What the coordinator knows for sure: the fold of the event log.
+//!
+//! [`State`] changes only by [`State::apply`], so folding the same events always gives the same
+//! state. A pile has room for one [`Lease`]: a second holder cannot even be written down.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+use protocol::{
+    BootEpoch, CommandId, DurationMs, EndReason, EnergyJ, Epoch, FaultCode, LeaseId, LeaseRef, PileId,
+    Position, ReportId, RequestId, RobotId, SiteMillis,
+};
+
+use super::{
+    decision::Decision,
+    event::{Command, Event, Fact, LeaseEnd, RevokeReason},
+};
+
+/// Decisions that are kept for the dashboard; the log has all of them.
+pub const KEPT_DECISIONS: usize = 50;
+
+/// All durable state.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// The reign of this coordinator; 0 before the first.
+    pub epoch: Epoch,
+    /// The number of the next lease.
+    pub next_lease: LeaseId,
+    /// The number of the next command.
+    pub next_command: CommandId,
+    /// The number of the next decision.
+    pub next_decision: u64,
+    /// What was promised to whom, for every pile that was ever spoken of.
+    pub piles: BTreeMap<PileId, PileRecord>,
+    /// The open requests, at most one a robot.
+    pub requests: BTreeMap<RobotId, Request>,
+    /// How often a robot passed a pile in a period of the day (LMPP eq. 4).
+    pub passes: BTreeMap<(RobotId, u16), BTreeMap<PileId, u64>>,
+    /// The newest decisions, newest first.
+    pub decisions: VecDeque<Decision>,
+    /// Robots that wait for help.
+    pub stranded: BTreeSet<RobotId>,
+    /// Sums for the operator.
+    pub totals: Totals,
+}
+
+/// What is durable about one pile.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PileRecord {
+    /// The lease that is or may be alive there. While there is one, there is no other.
+    pub lease: Option<Lease>,
+    /// Who is promised the pile when it is free again.
+    pub next: Option<RobotId>,
+    /// The faults it has, as far as it reported them in the start of `fault_report`.
+    pub faults: BTreeSet<FaultCode>,
+    /// The last fault report.
+    pub fault_report: Option<(BootEpoch, ReportId)>,
+    /// The last pass report.
+    pub pass_report: Option<(BootEpoch, ReportId)>,
+}
+
+/// A pile's promise to one robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lease {
+    /// Its names; the epoch is that of the last command about it.
+    pub name: LeaseRef,
+    /// What the robot's battery lacked when it was granted.
+    pub energy: EnergyJ,
+    /// When it was granted.
+    pub granted_at: SiteMillis,
+    /// The latest instant until which the pile may believe in it.
+    pub expiry: SiteMillis,
+    /// How far it has come.
+    pub phase: Phase,
+    /// The command about it that waits for an answer.
+    pub command: Option<Command>,
+}
+
+/// How far a lease has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The pile has not answered.
+    Offered,
+    /// The pile holds to it, at least until this instant.
+    Held {
+        /// The latest expiry that the pile acknowledged.
+        until: SiteMillis,
+    },
+    /// The pile refused it. Copies of the grant may still be on their way until `expiry`.
+    Refused,
+    /// It was taken back, which the pile has not acknowledged.
+    Revoking {
+        /// Why.
+        why: RevokeReason,
+    },
+}
+
+impl Lease {
+    /// Whether the lease is meant to last.
+    #[must_use]
+    pub const fn is_wanted(&self) -> bool {
+        matches!(self.phase, Phase::Offered | Phase::Held { .. })
+    }
+}
+
+/// A robot's request for a charge, from its first message until the charge is complete.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// The robot's start in which it asked.
+    pub boot: BootEpoch,
+    /// The newest number under which it asked.
+    pub id: RequestId,
+    /// When it asked first.
+    pub asked_at: SiteMillis,
+    /// Whether a pile has accepted a lease for it.
+    pub served: bool,
+    /// Whether a decision for it is in the log.
+    pub decided: bool,
+    /// The pile that the robot was told to go to last.
+    pub assigned: Option<PileId>,
+    /// Where it was when it asked.
+    pub position: Position,
+    /// What its battery held.
+    pub energy: EnergyJ,
+    /// Where it stands in the queue.
+    pub place: Place,
+}
+
+/// Where a request stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// In the queue.
+    Waiting,
+    /// Next at an occupied pile.
+    Next(PileId),
+    /// A lease on this pile is wanted for it.
+    Granted(PileId),
+}
+
+/// Sums since the log began.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Totals {
+    /// Requests.
+    pub requests: u64,
+    /// Charges that were given in full.
+    pub charges_completed: u64,
+    /// Requests that a pile accepted.
+    pub served: u64,
+    /// The sum of the times from first asking to the pile's acceptance, in milliseconds.
+    pub waited_ms: u64,
+    /// The longest of those.
+    pub worst_wait: DurationMs,
+}
+
+impl State {
+    /// The state after these events.
+    #[must_use]
+    pub fn fold<'a>(events: impl IntoIterator<Item = &'a Event>) -> Self {
+        let mut state = Self::default();
+        events.into_iter().for_each(|event| state.apply(event));
+        state
+    }
+
+    /// The lease that is or may be alive on a pile.
+    #[must_use]
+    pub fn lease(&self, pile: PileId) -> Option<&Lease> {
+        self.piles.get(&pile)?.lease.as_ref()
+    }
+
+    /// Who is promised the pile next.
+    #[must_use]
+    pub fn next(&self, pile: PileId) -> Option<RobotId> {
+        self.piles.get(&pile)?.next
+    }
+
+    /// The share of `robot`'s passes in a period that were at `pile` (LMPP p, eq. 5).
+    #[must_use]
+    pub fn pass_frequency(&self, robot: RobotId, period: u16, pile: PileId) -> f64 {
+        let Some(counts) = self.passes.get(&(robot, period)) else { return 0.0 };
+        let passes = counts.get(&pile).copied().unwrap_or(0);
+        crate::selection::activity::frequency(passes, counts.values().sum())
+    }
+
+    /// Takes one event in. An event that names what is not there changes nothing.
+    pub fn apply(&mut self, event: &Event) {
+        let at = event.at;
+        match &event.fact {
+            Fact::EpochStarted { epoch, next_lease } => self.start_epoch(*epoch, *next_lease),
+            Fact::Asked { robot, boot, request, position, energy } => {
+                self.ask(at, *robot, *boot, *request, *position, *energy);
+            }
+            Fact::Withdrawn { robot } => self.close(*robot),
+            Fact::Assigned { robot, pile } => {
+                if let Some(request) = self.requests.get_mut(robot) {
+                    request.assigned = Some(*pile);
+                }
+            }
+            Fact::Decided(decision) => self.decide(decision),
+            Fact::NextReserved { pile, robot } => {
+                self.piles.entry(*pile).or_default().next = Some(*robot);
+                self.put(*robot, Place::Next(*pile));
+            }
+            Fact::NextReleased { pile, robot } => {
+                self.piles.entry(*pile).or_default().next = None;
+                self.put_back(*robot, Place::Next(*pile));
+            }
+            Fact::Granted { pile, lease, energy, command, expiry } => {
+                self.next_lease = self.next_lease.max(LeaseId(lease.lease.0.saturating_add(1)));
+                self.spend(*command);
+                let record = self.piles.entry(*pile).or_default();
+                record.next = record.next.filter(|next| *next != lease.robot);
+                record.lease = Some(Lease {
+                    name: *lease,
+                    energy: *energy,
+                    granted_at: at,
+                    expiry: *expiry,
+                    phase: Phase::Offered,
+                    command: Some(*command),
+                });
+                self.put(lease.robot, Place::Granted(*pile));
+            }
+            Fact::Extended { pile, lease, command, expiry } => {
+                self.spend(*command);
+                if let Some(held) = self.lease_mut(*pile, lease.lease) {
+                    held.name = *lease;
+                    held.expiry = held.expiry.max(*expiry);
+                    held.command = Some(*command);
+                }
+            }
+            Fact::Accepted { pile, lease } => self.accept(at, *pile, *lease),
+            Fact::Deferred { pile, lease, .. } => {
+                if let Some(lease) = self.lease_mut(*pile, *lease) {
+                    lease.command = None;
+                }
+            }
+            Fact::Refused { pile, lease, .. } => {
+                let Some(lease) = self.lease_mut(*pile, *lease) else { return };
+                lease.expiry = lease.command.take().map_or(at, |command| command.valid_until);
+                lease.phase = Phase::Refused;
+                let robot = lease.name.robot;
+                self.put_back(robot, Place::Granted(*pile));
+            }
+            Fact::Revoked { pile, lease, command, why } => self.revoke(at, *pile, *lease, *command, *why),
+            Fact::Adopted { pile, lease } => {
+                self.piles.entry(*pile).or_default().lease = Some(Lease {
+                    name: *lease,
+                    energy: EnergyJ::MIN,
+                    granted_at: at,
+                    expiry: at,
+                    phase: Phase::Held { until: at },
+                    command: None,
+                });
+                self.put(lease.robot, Place::Granted(*pile));
+            }
+            Fact::Ended { pile, lease, robot, why, .. } => self.end(*pile, *lease, *robot, *why),
+            Fact::Passed { pile, boot, report, passes } => {
+                self.piles.entry(*pile).or_default().pass_report = Some((*boot, *report));
+                for one in passes {
+                    let counts = self.passes.entry((one.robot, one.period)).or_default();
+                    let count = counts.entry(*pile).or_default();
+                    *count = count.saturating_add(one.passes.into());
+                }
+            }
+            Fact::FaultReported { pile, boot, report, code, active } => {
+                let record = self.piles.entry(*pile).or_default();
+                if record.fault_report.is_some_and(|(of, _)| of != *boot) {
+                    record.faults.clear();
+                }
+                record.fault_report = Some((*boot, *report));
+                if *active {
+                    record.faults.insert(*code);
+                } else {
+                    record.faults.remove(code);
+                }
+            }
+            Fact::Stranded { robot } => {
+                self.stranded.insert(*robot);
+            }
+            Fact::Recovered { robot } => {
+                self.stranded.remove(robot);
+            }
+        }
+    }
+
+    /// Commands of the epoch before get no answer any more that counts: leases that are meant to
+    /// last are granted again, the others revoked again.
+    fn start_epoch(&mut self, epoch: Epoch, next_lease: LeaseId) {
+        self.epoch = self.epoch.max(epoch);
+        self.next_lease = self.next_lease.max(next_lease);
+        for lease in self.piles.values_mut().filter_map(|record| record.lease.as_mut()) {
+            lease.command = None;
+        }
+    }
+
+    fn ask(
+        &mut self,
+        at: SiteMillis,
+        robot: RobotId,
+        boot: BootEpoch,
+        id: RequestId,
+        position: Position,
+        energy: EnergyJ,
+    ) {
+        self.totals.requests = self.totals.requests.saturating_add(1);
+        let new = Request {
+            boot,
+            id,
+            asked_at: at,
+            served: false,
+            decided: false,
+            assigned: None,
+            position,
+            energy,
+            place: Place::Waiting,
+        };
+        // A robot that asks anew keeps its place, and its time unless it was already served.
+        let kept = self.requests.get(&robot).map(|old| Request {
+            asked_at: if old.served { at } else { old.asked_at },
+            place: old.place,
+            ..new
+        });
+        self.requests.insert(robot, kept.unwrap_or(new));
+    }
+
+    fn decide(&mut self, decision: &Decision) {
+        self.next_decision = self.next_decision.max(decision.id.saturating_add(1));
+        if let Some(request) = self.requests.get_mut(&decision.robot) {
+            request.decided = true;
+        }
+        self.decisions.push_front(decision.clone());
+        self.decisions.truncate(KEPT_DECISIONS);
+    }
+
+    fn accept(&mut self, at: SiteMillis, pile: PileId, lease: LeaseId) {
+        let Some(lease) = self.lease_mut(pile, lease) else { return };
+        lease.phase = Phase::Held { until: lease.expiry };
+        lease.command = None;
+        let robot = lease.name.robot;
+        let Some(request) = self.requests.get_mut(&robot).filter(|request| !request.served) else { return };
+        request.served = true;
+        let waited = at.since(request.asked_at);
+        self.totals.served = self.totals.served.saturating_add(1);
+        self.totals.waited_ms = self.totals.waited_ms.saturating_add(waited.0.into());
+        self.totals.worst_wait = self.totals.worst_wait.max(waited);
+    }
+
+    fn revoke(&mut self, at: SiteMillis, pile: PileId, name: LeaseRef, command: Command, why: RevokeReason) {
+        self.spend(command);
+        let record = self.piles.entry(pile).or_default();
+        let unknown = Lease {
+            name,
+            energy: EnergyJ::MIN,
+            granted_at: at,
+            expiry: command.valid_until,
+            phase: Phase::Revoking { why },
+            command: None,
+        };
+        let lease = record.lease.get_or_insert(unknown);
+        *lease = Lease { name, phase: Phase::Revoking { why }, command: Some(command), ..*lease };
+        match why {
+            RevokeReason::Abandoned => self.close_at(name.robot, pile),
+            RevokeReason::Stranded | RevokeReason::Unanswered | RevokeReason::Unknown => {
+                self.put_back(name.robot, Place::Granted(pile));
+            }
+        }
+    }
+
+    fn end(&mut self, pile: PileId, lease: LeaseId, robot: RobotId, why: LeaseEnd) {
+        if self.lease_mut(pile, lease).is_none() {
+            return;
+        }
+        self.piles.entry(pile).or_default().lease = None;
+        if why == LeaseEnd::ByPile(EndReason::Completed) {
+            self.totals.charges_completed = self.totals.charges_completed.saturating_add(1);
+            self.close_at(robot, pile);
+        } else {
+            self.put_back(robot, Place::Granted(pile));
+        }
+    }
+
+    fn lease_mut(&mut self, pile: PileId, lease: LeaseId) -> Option<&mut Lease> {
+        self.piles.get_mut(&pile)?.lease.as_mut().filter(|held| held.name.lease == lease)
+    }
+
+    fn spend(&mut self, command: Command) {
+        self.next_command = self.next_command.max(CommandId(command.id.0.saturating_add(1)));
+    }
+
+    fn put(&mut self, robot: RobotId, place: Place) {
+        if let Some(request) = self.requests.get_mut(&robot) {
+            request.place = place;
+        }
+    }
+
+    /// A request that has lost its pile waits again, in its old place in the queue.
+    fn put_back(&mut self, robot: RobotId, from: Place) {
+        if let Some(request) = self.requests.get_mut(&robot).filter(|request| request.place == from) {
+            request.place = Place::Waiting;
+        }
+    }
+
+    fn close_at(&mut self, robot: RobotId, pile: PileId) {
+        if self.requests.get(&robot).is_some_and(|request| request.place == Place::Granted(pile)) {
+            self.close(robot);
+        }
+    }
+
+    fn close(&mut self, robot: RobotId) {
+        self.requests.remove(&robot);
+    }
+}

@@ -1,0 +1,244 @@
+//! What a person sees of the site: the rows of `GET /api/v1/state`.
+//!
+//! Coordinates are cells of the map's picture: from 0, x to the right, y down; a robot's are
+//! fractional. Times are milliseconds of the site's clock.
+
+use std::sync::Arc;
+
+use protocol::{Activity, Availability, FaultCode, PileId, RobotId, SiteMillis};
+use serde::{Serialize, Serializer};
+
+pub use super::site_view::{DoorView, FrameView, SiteView, SubareaView};
+use super::{
+    coordinator::Coordinator,
+    decision::Decision,
+    state::{Lease, Phase, Place},
+};
+use crate::{config::RobotConfig, site::SitePile};
+
+/// The whole picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct View {
+    /// What does not change while the coordinator runs.
+    #[serde(serialize_with = "shared")]
+    pub site: Arc<SiteView>,
+    /// The site's time.
+    pub now_ms: u64,
+    /// The coordinator's epoch.
+    pub epoch: u32,
+    /// Why the coordinator can't record anything and so does nothing; `None` if all is well.
+    pub degraded: Option<String>,
+    /// Trouble an operator should know of, newest first.
+    pub warnings: Vec<String>,
+    /// The piles, by number.
+    pub piles: Vec<PileView>,
+    /// The robots, by number.
+    pub robots: Vec<RobotView>,
+    /// The newest decisions, newest first.
+    pub decisions: Vec<Decision>,
+    /// Sums since the event log began.
+    pub totals: TotalsView,
+}
+
+/// One pile.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PileView {
+    /// Its number.
+    pub id: PileId,
+    /// Its cell.
+    pub at: [i32; 2],
+    /// `free`, `reserved`, `charging`, `done`, `fault`, or `unknown` when it was silent for long.
+    pub availability: &'static str,
+    /// The share of the planned charge still ahead (LMPP eq. 1).
+    pub remaining: f32,
+    /// The planned time of the charge in seconds (eq. 2).
+    pub planned_s: f32,
+    /// How long the charge has run, in seconds.
+    pub elapsed_s: f32,
+    /// Whether its contacts are live.
+    pub energised: bool,
+    /// Who holds it: by its own report, or by a lease it has not confirmed yet.
+    pub holder: Option<RobotId>,
+    /// The lease that is or may be alive on it.
+    pub lease: Option<LeaseView>,
+    /// Who is promised it next.
+    pub next: Option<RobotId>,
+    /// `reader_silent`, `contactor_welded`, `contactor_stuck_open`.
+    pub faults: Vec<&'static str>,
+}
+
+/// A lease.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct LeaseView {
+    /// Its number.
+    pub id: u32,
+    /// The epoch of the coordinator that granted or extended it last.
+    pub epoch: u32,
+    /// Whose it is.
+    pub robot: RobotId,
+    /// When it runs out unless extended.
+    pub expiry_ms: u64,
+    /// `offered`, `held`, `refused`, `revoking`.
+    pub phase: &'static str,
+}
+
+/// One robot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RobotView {
+    /// Its number.
+    pub id: RobotId,
+    /// Where it is; `None` until it says so.
+    pub at: Option<[f64; 2]>,
+    /// The share of its full battery that it has, 0 to 1.
+    pub battery: f32,
+    /// The same in joules.
+    pub energy_j: f32,
+    /// `working`, `waiting`, `approaching`, `docked`, `stranded`, or `unknown` when it was silent
+    /// for long.
+    pub activity: &'static str,
+    /// The pile that it is to use.
+    pub pile: Option<PileId>,
+    /// The cells where its way there turns.
+    pub route: Vec<[i32; 2]>,
+}
+
+/// Sums since the event log began.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TotalsView {
+    /// Requests.
+    pub requests: u64,
+    /// Charges that were given in full.
+    pub charges_completed: u64,
+    /// The mean time from first asking to a pile's acceptance, in seconds.
+    pub mean_wait_s: f64,
+    /// The longest of those.
+    pub worst_wait_s: f64,
+    /// Robots in the queue now.
+    pub waiting: usize,
+    /// Robots that wait for help now.
+    pub stranded: usize,
+}
+
+fn shared<S: Serializer>(site: &Arc<SiteView>, serializer: S) -> Result<S::Ok, S::Error> {
+    site.as_ref().serialize(serializer)
+}
+
+/// A fault's name in the API and in warnings.
+#[must_use]
+pub const fn fault_name(code: FaultCode) -> &'static str {
+    match code {
+        FaultCode::ReaderSilent => "reader_silent",
+        FaultCode::ContactorWelded => "contactor_welded",
+        FaultCode::ContactorStuckOpen => "contactor_stuck_open",
+    }
+}
+
+impl Coordinator {
+    /// The picture at `now`. What the shell knows, `degraded` and `warnings`, it fills in itself.
+    #[must_use]
+    pub fn view(&self, now: SiteMillis) -> View {
+        View {
+            site: Arc::clone(&self.site_view),
+            now_ms: now.0,
+            epoch: self.state.epoch.0,
+            degraded: None,
+            warnings: Vec::new(),
+            piles: self.site.piles.iter().map(|pile| self.pile_view(pile, now)).collect(),
+            robots: self.robots.values().map(|robot| self.robot_view(robot, now)).collect(),
+            decisions: self.state.decisions.iter().cloned().collect(),
+            totals: self.totals_view(),
+        }
+    }
+
+    fn pile_view(&self, pile: &SitePile, now: SiteMillis) -> PileView {
+        let report = self.observed.report(pile.id, now);
+        let lease = self.state.lease(pile.id);
+        let wanted = lease.filter(|lease| lease.is_wanted()).map(|lease| lease.name.robot);
+        let availability = match report.map(|report| report.row.availability) {
+            None => "unknown",
+            Some(Availability::Free) if wanted.is_some() => "reserved",
+            Some(Availability::Free) => "free",
+            Some(Availability::Reserved) => "reserved",
+            Some(Availability::Charging) => "charging",
+            Some(Availability::Done) => "done",
+            Some(Availability::Fault) => "fault",
+        };
+        let holder = report.and_then(|report| report.holder).map(|holder| holder.robot);
+        let faults = self.state.piles.get(&pile.id).map(|record| &record.faults);
+        PileView {
+            id: pile.id,
+            at: [pile.cell.x, pile.cell.y],
+            availability,
+            remaining: report.map_or(0.0, |report| report.row.remaining.get()),
+            planned_s: report.map_or(0.0, |report| report.row.planned.as_seconds()),
+            elapsed_s: report.map_or(0.0, |report| report.elapsed.as_seconds()),
+            energised: report.is_some_and(|report| report.energised),
+            holder: holder.or(wanted),
+            lease: lease.map(LeaseView::new),
+            next: self.state.next(pile.id),
+            faults: faults.into_iter().flatten().map(|fault| fault_name(*fault)).collect(),
+        }
+    }
+
+    fn robot_view(&self, robot: &RobotConfig, now: SiteMillis) -> RobotView {
+        let seen = self.observed.robots.get(&robot.id);
+        let report = seen.and_then(|seen| seen.report);
+        let activity = match report.map(|report| report.activity) {
+            _ if self.observed.robot_is_silent(robot.id, now) => "unknown",
+            None => "unknown",
+            Some(Activity::Working) => "working",
+            Some(Activity::Waiting) => "waiting",
+            Some(Activity::Approaching) => "approaching",
+            Some(Activity::Docked) => "docked",
+            Some(Activity::Stranded) => "stranded",
+        };
+        let last = seen.and_then(|seen| seen.last);
+        let energy_j = last.map_or(0.0, |(_, energy)| energy.get());
+        let pile = self.state.requests.get(&robot.id).and_then(|request| match request.place {
+            Place::Waiting => None,
+            Place::Next(pile) | Place::Granted(pile) => Some(pile),
+        });
+        let route = seen.and_then(|seen| seen.route.as_ref()).filter(|route| Some(route.pile) == pile);
+        RobotView {
+            id: robot.id,
+            at: last.map(|(position, _)| self.site.picture_of(position)),
+            battery: if robot.full.get() > 0.0 { (energy_j / robot.full.get()).min(1.0) } else { 0.0 },
+            energy_j,
+            activity,
+            pile,
+            route: route.into_iter().flat_map(|route| &route.cells).map(|cell| [cell.x, cell.y]).collect(),
+        }
+    }
+
+    fn totals_view(&self) -> TotalsView {
+        let totals = &self.state.totals;
+        let seconds = |millis: u64| millis as f64 / 1000.0;
+        let mean = if totals.served == 0 { 0.0 } else { seconds(totals.waited_ms) / totals.served as f64 };
+        let waiting = self.state.requests.values().filter(|request| request.place == Place::Waiting);
+        TotalsView {
+            requests: totals.requests,
+            charges_completed: totals.charges_completed,
+            mean_wait_s: mean,
+            worst_wait_s: seconds(totals.worst_wait.0.into()),
+            waiting: waiting.count(),
+            stranded: self.state.stranded.len(),
+        }
+    }
+}
+
+impl LeaseView {
+    const fn new(lease: &Lease) -> Self {
+        Self {
+            id: lease.name.lease.0,
+            epoch: lease.name.epoch.0,
+            robot: lease.name.robot,
+            expiry_ms: lease.expiry.0,
+            phase: match lease.phase {
+                Phase::Offered => "offered",
+                Phase::Held { .. } => "held",
+                Phase::Refused => "refused",
+                Phase::Revoking { .. } => "revoking",
+            },
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Frames to and from piles and robots, by UDP and TCP.
+//!
+//! A device has no address of its own: it is where its last frame came from. Devices that are not
+//! of the site are refused with a warning that names them and their address. Whatever a peer does,
+//! the coordinator does not wait for it: every connection has a bounded queue, and what does not
+//! fit is dropped, because everything worth saying is said again.
+//!
+//! Piles gossip about their states (LMPP Figs. 1 to 3). Those on UDP reach each other; a pile at
+//! the end of a TCP connection hears them, and is heard by them, through here.
+
+mod tcp;
+mod udp;
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    io,
+    net::SocketAddr,
+    sync::{Arc, Mutex, PoisonError},
+};
+
+use protocol::{BootEpoch, DeviceId, Frame, FrameBytes, FrameError, FrameWriter, Message, PileId};
+use tokio::{
+    net::{TcpListener, UdpSocket},
+    sync::mpsc,
+    task::JoinSet,
+};
+
+use crate::{core::Input, daemon::warnings::Warnings};
+
+/// The sockets of a coordinator, bound.
+#[derive(Debug)]
+pub struct Sockets {
+    /// For datagrams of one frame each.
+    pub udp: UdpSocket,
+    /// For streams of frames.
+    pub tcp: TcpListener,
+}
+
+/// The way out: sends to every device that was heard.
+#[derive(Debug)]
+pub struct Links {
+    peers: Mutex<BTreeMap<DeviceId, Peer>>,
+    writer: Mutex<FrameWriter>,
+    udp: UdpSocket,
+    warnings: Warnings,
+}
+
+/// The way in: what the tasks that read have in common.
+#[derive(Clone, Debug)]
+struct Inbound {
+    links: Arc<Links>,
+    known: Arc<BTreeSet<DeviceId>>,
+    inputs: mpsc::Sender<Input>,
+}
+
+/// Where a device is.
+#[derive(Clone, Debug)]
+enum Peer {
+    Udp(SocketAddr),
+    Tcp(tcp::Connection),
+}
+
+/// Starts to listen, and to call the piles in `connect`. Frames of the `known` devices go to
+/// `inputs`. `boot` counts the coordinator's starts. The tasks end with the set, and with them
+/// the last sender of `inputs` that is here.
+pub fn start(
+    sockets: Sockets,
+    known: BTreeSet<DeviceId>,
+    connect: &[(PileId, SocketAddr)],
+    boot: BootEpoch,
+    inputs: mpsc::Sender<Input>,
+    warnings: Warnings,
+) -> (Arc<Links>, JoinSet<()>) {
+    let links = Arc::new(Links {
+        peers: Mutex::default(),
+        writer: Mutex::new(FrameWriter::new(DeviceId::Coordinator, boot)),
+        udp: sockets.udp,
+        warnings,
+    });
+    let inbound = Inbound { links: Arc::clone(&links), known: Arc::new(known), inputs };
+    let mut tasks = JoinSet::new();
+    tasks.spawn(udp::receive(inbound.clone()));
+    tasks.spawn(tcp::listen(inbound.clone(), sockets.tcp));
+    for &(pile, address) in connect {
+        tasks.spawn(tcp::call(inbound.clone(), pile, address));
+    }
+    (links, tasks)
+}
+
+impl Links {
+    /// Sends a message if the device was heard since the start. Never waits.
+    pub fn send(&self, to: DeviceId, message: Message) {
+        let Some(peer) = lock(&self.peers).get(&to).cloned() else { return };
+        // The limits of the protocol's messages prove that every one fits a frame.
+        let Ok(bytes) = lock(&self.writer).write(message) else { return };
+        match peer {
+            Peer::Udp(address) => self.send_datagram(to, address, &bytes),
+            Peer::Tcp(connection) => {
+                if !connection.send(bytes) {
+                    self.warnings.note(format!("{to} does not read its TCP connection; frames are dropped"));
+                }
+            }
+        }
+    }
+
+    fn send_datagram(&self, to: DeviceId, address: SocketAddr, bytes: &FrameBytes) {
+        match self.udp.try_send_to(bytes, address) {
+            Ok(_) => {}
+            // A full buffer is like a loss on the way.
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => self.warnings.note(format!("cannot send to {to} at {address}: {error}")),
+        }
+    }
+
+    /// Passes gossip on to the piles that cannot hear it themselves.
+    fn forward(&self, sender: DeviceId, from: &Peer, gossip: &Message) {
+        let hears = |(device, peer): &(&DeviceId, &Peer)| {
+            matches!(device, DeviceId::Pile(_))
+                && **device != sender
+                && !matches!((from, peer), (Peer::Udp(_), Peer::Udp(_)))
+        };
+        let others: Vec<_> = lock(&self.peers).iter().filter(hears).map(|(device, _)| *device).collect();
+        for pile in others {
+            self.send(pile, gossip.clone());
+        }
+    }
+}
+
+impl Inbound {
+    /// Takes a frame, or what was none, from a peer. Gives it back if the coordinator is busy.
+    fn take(&self, from: &Peer, address: SocketAddr, found: Result<Frame, FrameError>) -> Option<Input> {
+        let warnings = &self.links.warnings;
+        let frame = match found {
+            Ok(frame) => frame,
+            Err(error) => {
+                warnings.note(format!("from {address}: {error}"));
+                return None;
+            }
+        };
+        let sender = frame.header.sender;
+        if !self.known.contains(&sender) {
+            warnings.note(format!(
+                "{sender} at {address} is not of this site and is refused; \
+                 add it to the site or the configuration if it should be"
+            ));
+            return None;
+        }
+        lock(&self.links.peers).insert(sender, from.clone());
+        if let Message::PileTable(_) = frame.message {
+            self.links.forward(sender, from, &frame.message);
+            return None;
+        }
+        match self.inputs.try_send(Input::Frame(frame)) {
+            Err(mpsc::error::TrySendError::Full(input)) => Some(input),
+            _ => None,
+        }
+    }
+}
+
+/// A lock whose holder panicked protects data that is whole: no holder leaves it half changed.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,484 @@
+//! A whole site in memory: the real coordinator core, the real pile cores, simple robots, and a
+//! network that loses, repeats, delays and reorders frames. All of it follows from a seed.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
+
+use firmware_pile::{ChargingPile, Contactor, Input as PileInput, Parameters, TagRead, To};
+use host_coordinator::{
+    config::{Policy, RobotConfig},
+    core::{
+        Coordinator, Effect, Event, Input, State,
+        state::{Phase, Place},
+    },
+    site::Site,
+};
+use protocol::{
+    Activity, Assignment, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Epoch, Frame,
+    FrameWriter, Message, Millis, PileId, Position, RequestId, RobotId, RobotState, SiteMillis, TagId,
+    limits,
+};
+
+const STEP_MS: u64 = 100;
+const FULL_J: f32 = 20_000.0;
+const POWER_W: f32 = 400.0;
+const SPEED_MPS: f64 = 2.0;
+const PER_METRE_J: f32 = 20.0;
+
+/// Random numbers from a seed (SplitMix64).
+#[derive(Clone, Debug)]
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, end: u64) -> u64 {
+        self.next() % end
+    }
+
+    pub fn chance(&mut self, per_mille: u64) -> bool {
+        self.below(1000) < per_mille
+    }
+}
+
+/// What goes wrong, each in a thousandth of the occasions.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Trouble {
+    /// Frames lost.
+    pub lost: u64,
+    /// Frames delivered twice.
+    pub repeated: u64,
+    /// The longest delay of a frame, in milliseconds.
+    pub delay_ms: u64,
+    /// Coordinator crashes, in each step.
+    pub crash: u64,
+    /// Pile restarts, in each step.
+    pub pile_restart: u64,
+    /// Robots that change their mind, in each step.
+    pub abandon: u64,
+}
+
+struct Pile {
+    core: ChargingPile,
+    writer: FrameWriter,
+    boot: BootEpoch,
+    stored_epoch: Epoch,
+    started: u64,
+    cell_position: Position,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Mode {
+    Working,
+    Waiting,
+    Approaching { pile: PileId, arrival: u64 },
+    Docked { pile: PileId, since: u64, live_at: Option<u64> },
+}
+
+struct Robot {
+    config: RobotConfig,
+    writer: FrameWriter,
+    mode: Mode,
+    energy: f32,
+    position: Position,
+    request: RequestId,
+    parts: BTreeMap<u16, Vec<Position>>,
+    say_at: u64,
+}
+
+/// The site.
+pub struct BoxSite {
+    pub seed: u64,
+    pub now: u64,
+    pub trouble: Trouble,
+    pub coordinator: Coordinator,
+    pub log: Vec<Event>,
+    pub crashes: u32,
+    site: Arc<Site>,
+    policy: Policy,
+    writer: FrameWriter,
+    piles: BTreeMap<PileId, Pile>,
+    robots: BTreeMap<RobotId, Robot>,
+    /// Frames on their way, by arrival.
+    wire: BTreeMap<(u64, u64), (DeviceId, Vec<u8>)>,
+    sent: u64,
+    random: Random,
+}
+
+impl BoxSite {
+    pub fn new(seed: u64, robots: u16, piles: usize) -> Self {
+        let mut site = Site::fig7().unwrap();
+        site.piles.truncate(piles);
+        let site = Arc::new(site);
+        let policy = Policy { lease: DurationMs(20_000), ..Policy::default() };
+        let mut random = Random::new(seed);
+        let free: Vec<_> = site.grid.free_cells().collect();
+        let robots: BTreeMap<_, _> = (1..=robots)
+            .map(|number| {
+                let id = RobotId(number);
+                let [low, high] = number.to_le_bytes();
+                let tag = TagId([low, high, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
+                let full = EnergyJ::clamped(FULL_J);
+                let cell = free[random.below(free.len() as u64) as usize];
+                let robot = Robot {
+                    config: RobotConfig { id, tag, full, energy_per_metre_j: PER_METRE_J },
+                    writer: FrameWriter::new(DeviceId::Robot(id), BootEpoch(1)),
+                    mode: Mode::Working,
+                    energy: FULL_J * (0.3 + random.below(60) as f32 / 100.0),
+                    position: site.position(cell),
+                    request: RequestId(0),
+                    parts: BTreeMap::new(),
+                    say_at: random.below(1000),
+                };
+                (id, robot)
+            })
+            .collect();
+        let piles = site
+            .piles
+            .iter()
+            .map(|pile| (pile.id, Pile::new(pile.id, BootEpoch(1), Epoch(0), 0, site.position(pile.cell))))
+            .collect();
+        let configs: Vec<_> = robots.values().map(|robot| robot.config).collect();
+        let coordinator = Coordinator::recover(Arc::clone(&site), policy, &configs, &[]);
+        let mut this = Self {
+            seed,
+            now: 1_000_000,
+            trouble: Trouble::default(),
+            coordinator,
+            log: Vec::new(),
+            crashes: 0,
+            site,
+            policy,
+            writer: FrameWriter::new(DeviceId::Coordinator, BootEpoch(0)),
+            piles,
+            robots,
+            wire: BTreeMap::new(),
+            sent: 0,
+            random,
+        };
+        this.start_coordinator();
+        this
+    }
+
+    fn start_coordinator(&mut self) {
+        let configs: Vec<_> = self.robots.values().map(|robot| robot.config).collect();
+        self.coordinator = Coordinator::recover(Arc::clone(&self.site), self.policy, &configs, &self.log);
+        self.coordinate(Input::Started);
+        let boot = BootEpoch(self.coordinator.state().epoch.0);
+        self.writer = FrameWriter::new(DeviceId::Coordinator, boot);
+    }
+
+    /// A crash: everything but the log is lost, and the leases are the same after it.
+    pub fn crash(&mut self) {
+        self.crashes += 1;
+        let before = leases(self.coordinator.state());
+        self.log = self.log.iter().map(through_json).collect();
+        let folded = State::fold(&self.log);
+        assert_eq!(folded, *self.coordinator.state(), "seed {}: a replay gives another state", self.seed);
+        self.start_coordinator();
+        assert_eq!(leases(self.coordinator.state()), before, "seed {}: a restart changed leases", self.seed);
+    }
+
+    fn coordinate(&mut self, input: Input) {
+        let step = self.coordinator.step(SiteMillis(self.now), input);
+        self.log.extend(step.events);
+        for effect in step.effects {
+            if let Effect::Send { to, message } = effect {
+                let bytes = self.writer.write(message).unwrap();
+                self.post(to, bytes.to_vec());
+            }
+        }
+    }
+
+    fn post(&mut self, to: DeviceId, bytes: Vec<u8>) {
+        let copies = if self.random.chance(self.trouble.lost) {
+            0
+        } else {
+            1 + u64::from(self.random.chance(self.trouble.repeated))
+        };
+        for _ in 0..copies {
+            let delay = 1 + self.random.below(self.trouble.delay_ms + 1);
+            self.sent += 1;
+            self.wire.insert((self.now + delay, self.sent), (to, bytes.clone()));
+        }
+    }
+
+    /// Runs for a time, checking everything at every step.
+    pub fn run(&mut self, duration_ms: u64) {
+        let end = self.now + duration_ms;
+        while self.now < end {
+            self.now += STEP_MS;
+            self.deliver();
+            if self.random.chance(self.trouble.crash) {
+                self.crash();
+            }
+            self.coordinate(Input::Tick);
+            self.step_piles();
+            self.step_robots();
+            self.check();
+        }
+    }
+
+    fn deliver(&mut self) {
+        while let Some(entry) = self.wire.first_entry()
+            && entry.key().0 <= self.now
+        {
+            let (to, bytes) = entry.remove();
+            let mut frames = Vec::new();
+            Deframer::new().feed(&bytes, |frame| frames.push(frame.unwrap()));
+            for frame in frames {
+                match to {
+                    DeviceId::Coordinator => self.coordinate(Input::Frame(frame)),
+                    DeviceId::Pile(pile) => self.step_pile(pile, PileInput::Frame(&frame)),
+                    DeviceId::Robot(robot) => self.robot_hears(robot, &frame),
+                }
+            }
+        }
+    }
+
+    fn step_piles(&mut self) {
+        let ids: Vec<_> = self.piles.keys().copied().collect();
+        for id in ids {
+            if self.random.chance(self.trouble.pile_restart) {
+                let pile = &self.piles[&id];
+                let boot = BootEpoch(pile.boot.0 + 1);
+                let pile = Pile::new(id, boot, pile.stored_epoch, self.now, pile.cell_position);
+                self.piles.insert(id, pile);
+            }
+            let docked = self
+                .robots
+                .values()
+                .find(|robot| matches!(robot.mode, Mode::Docked { pile, .. } if pile == id));
+            let read = docked.map(|robot| TagRead { tag: robot.config.tag, rssi_dbm: -45 });
+            self.step_pile(id, read.map_or(PileInput::ReaderIdle, PileInput::Tag));
+            let closed = self.piles[&id].core.energised();
+            self.step_pile(id, PileInput::ContactorFeedback { closed });
+            self.step_pile(id, PileInput::Tick);
+        }
+    }
+
+    fn step_pile(&mut self, id: PileId, input: PileInput<'_>) {
+        let Some(pile) = self.piles.get_mut(&id) else { return };
+        let outputs = pile.core.step(Millis(self.now - pile.started), input);
+        pile.stored_epoch = outputs.store_epoch.unwrap_or(pile.stored_epoch);
+        if outputs.contactor == Contactor::Closed {
+            let holder = pile.core.leases().current().map(|lease| lease.name.robot);
+            let docked = self
+                .robots
+                .values()
+                .find(|robot| matches!(robot.mode, Mode::Docked { pile, .. } if pile == id));
+            let docked = docked.map(|robot| robot.config.id);
+            assert!(holder.is_some(), "seed {}: pile {id} is live without a lease", self.seed);
+            // A robot that has just left is still believed for the reader's timeout.
+            assert!(
+                docked.is_none() || docked == holder,
+                "seed {}: pile {id} charges {docked:?} for {holder:?}",
+                self.seed
+            );
+        }
+        let mut post = Vec::new();
+        for outgoing in outputs.messages {
+            let to: Vec<_> = match outgoing.to {
+                To::Coordinator => vec![DeviceId::Coordinator],
+                To::Peers => continue,
+            };
+            let bytes = pile.writer.write(outgoing.message).unwrap();
+            post.extend(to.into_iter().map(|to| (to, bytes.to_vec())));
+        }
+        post.into_iter().for_each(|(to, bytes)| self.post(to, bytes));
+    }
+
+    fn robot_hears(&mut self, id: RobotId, frame: &Frame) {
+        let Some(robot) = self.robots.get_mut(&id) else { return };
+        match &frame.message {
+            Message::Unassigned(answer) if answer.request == robot.request => {
+                if let Mode::Approaching { .. } = robot.mode {
+                    robot.mode = Mode::Waiting;
+                    robot.parts.clear();
+                    robot.say_at = self.now;
+                }
+            }
+            Message::Assignment(part) if part.request == robot.request && robot.mode == Mode::Waiting => {
+                robot.take(part, self.now);
+            }
+            _ => {}
+        }
+    }
+
+    fn step_robots(&mut self) {
+        let ids: Vec<_> = self.robots.keys().copied().collect();
+        for id in ids {
+            let abandons = self.random.chance(self.trouble.abandon);
+            let wants = self.random.chance(5);
+            let (now, robot) = (self.now, self.robots.get_mut(&id).unwrap());
+            let before = robot.mode;
+            match robot.mode {
+                Mode::Working => {
+                    robot.energy = (robot.energy - 3.0).max(0.2 * FULL_J);
+                    if wants && robot.energy < 0.7 * FULL_J {
+                        robot.request.0 += 1;
+                        robot.parts.clear();
+                        robot.mode = Mode::Waiting;
+                    }
+                }
+                Mode::Waiting | Mode::Approaching { .. } if abandons => robot.mode = Mode::Working,
+                Mode::Waiting => {}
+                Mode::Approaching { pile, arrival } => {
+                    // Only one robot fits.
+                    let taken = self
+                        .robots
+                        .values()
+                        .any(|other| matches!(other.mode, Mode::Docked { pile: at, .. } if at == pile));
+                    let robot = self.robots.get_mut(&id).unwrap();
+                    if now >= arrival && !taken {
+                        robot.position = self.piles[&pile].cell_position;
+                        robot.mode = Mode::Docked { pile, since: now, live_at: None };
+                    }
+                }
+                Mode::Docked { pile, since, live_at } => {
+                    let live = self.piles[&pile].core.energised();
+                    let live_at = if live { Some(now) } else { live_at };
+                    if live {
+                        robot.energy = (robot.energy + POWER_W * STEP_MS as f32 / 1000.0).min(FULL_J);
+                    }
+                    let over = live_at.is_some_and(|at| now >= at + 2_000)
+                        || (live_at.is_none() && now >= since + 60_000);
+                    robot.mode = if over { Mode::Working } else { Mode::Docked { pile, since, live_at } };
+                }
+            }
+            let robot = self.robots.get_mut(&id).unwrap();
+            let changed = std::mem::discriminant(&before) != std::mem::discriminant(&robot.mode);
+            let mut bytes = Vec::new();
+            if changed || now >= robot.say_at {
+                robot.say_at = now + u64::from(limits::STATE_INTERVAL.0);
+                for message in robot.talk() {
+                    bytes.push(robot.writer.write(message).unwrap().to_vec());
+                }
+            }
+            bytes.into_iter().for_each(|bytes| self.post(DeviceId::Coordinator, bytes));
+        }
+    }
+
+    /// What must hold at every instant.
+    fn check(&self) {
+        let state = self.coordinator.state();
+        let mut served = BTreeSet::new();
+        for (id, pile) in &self.piles {
+            let recorded = state.lease(*id).filter(|lease| lease.is_wanted());
+            let held = pile.core.leases().current();
+            if let (Some(recorded), Some(held)) = (recorded, held) {
+                assert_eq!(
+                    recorded.name.lease, held.name.lease,
+                    "seed {}, {} ms: two holders of pile {id}: {recorded:?} and {held:?}",
+                    self.seed, self.now
+                );
+            }
+            if let Some(lease) = recorded {
+                assert!(
+                    served.insert(lease.name.robot),
+                    "seed {}: robot {} has two piles",
+                    self.seed,
+                    lease.name.robot
+                );
+            }
+        }
+        for (robot, request) in &state.requests {
+            let kept = match request.place {
+                Place::Waiting => true,
+                Place::Next(pile) => state.next(pile) == Some(*robot),
+                Place::Granted(pile) => state.lease(pile).is_some_and(|lease| lease.name.robot == *robot),
+            };
+            assert!(
+                kept,
+                "seed {}: robot {robot} is at {:?}, which does not know it",
+                self.seed, request.place
+            );
+        }
+    }
+
+    /// Whether every robot that waits is known to wait or to have been granted a pile.
+    pub fn every_asker_is_in_the_book(&self) -> bool {
+        self.robots.values().filter(|robot| robot.mode == Mode::Waiting).all(|robot| {
+            let request = self.coordinator.state().requests.get(&robot.config.id);
+            request.is_some_and(|request| request.id == robot.request)
+        })
+    }
+}
+
+/// The leases of all piles, by what a restart must keep.
+pub fn leases(state: &State) -> BTreeMap<PileId, (u32, RobotId, bool)> {
+    let row = |(pile, record): (&PileId, &host_coordinator::core::state::PileRecord)| {
+        let lease = record.lease?;
+        let held = matches!(lease.phase, Phase::Held { .. });
+        Some((*pile, (lease.name.lease.0, lease.name.robot, held)))
+    };
+    state.piles.iter().filter_map(row).collect()
+}
+
+fn through_json(event: &Event) -> Event {
+    let json = serde_json::to_string(&event.fact).unwrap();
+    Event { at: event.at, fact: serde_json::from_str(&json).unwrap() }
+}
+
+impl Pile {
+    fn new(id: PileId, boot: BootEpoch, highest_epoch: Epoch, started: u64, cell_position: Position) -> Self {
+        let parameters = Parameters { boot, highest_epoch, ..Parameters::new(id, POWER_W) };
+        Self {
+            core: ChargingPile::new(parameters),
+            writer: FrameWriter::new(DeviceId::Pile(id), boot),
+            boot,
+            stored_epoch: highest_epoch,
+            started,
+            cell_position,
+        }
+    }
+}
+
+impl Robot {
+    fn take(&mut self, part: &Assignment, now: u64) {
+        self.parts.insert(part.first, part.waypoints.to_vec());
+        let route: Vec<_> = self.parts.values().flatten().copied().collect();
+        if route.len() < usize::from(part.total) {
+            return;
+        }
+        let coordinate = |position: &Position| (f64::from(position.x.get()), f64::from(position.y.get()));
+        let length: f64 = route
+            .windows(2)
+            .map(|pair| {
+                let ((x, y), (to_x, to_y)) = (coordinate(&pair[0]), coordinate(&pair[1]));
+                (to_x - x).hypot(to_y - y)
+            })
+            .sum();
+        self.parts.clear();
+        let arrival = now + (length / SPEED_MPS * 1000.0) as u64;
+        self.mode = Mode::Approaching { pile: part.pile, arrival };
+        self.say_at = now;
+    }
+
+    fn talk(&self) -> Vec<Message> {
+        let (position, energy) = (self.position, EnergyJ::clamped(self.energy));
+        let (activity, accepted) = match self.mode {
+            Mode::Working => (Activity::Working, None),
+            Mode::Waiting => (Activity::Waiting, None),
+            Mode::Approaching { .. } => (Activity::Approaching, Some(self.request)),
+            Mode::Docked { .. } => (Activity::Docked, Some(self.request)),
+        };
+        let mut messages = vec![Message::RobotState(RobotState { position, energy, activity, accepted })];
+        if self.mode == Mode::Waiting {
+            messages.push(Message::ChargeRequest(ChargeRequest { request: self.request, position, energy }));
+        }
+        messages
+    }
+}
