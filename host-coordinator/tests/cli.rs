@@ -94,7 +94,12 @@ fn the_example_configuration_is_ready_to_run() {
 #[test]
 fn check_refuses_nan_in_a_configuration() {
     let file = "chargehand.toml";
-    check_finds(file, "theta = 1.0 ", "theta = nan ", "`theta` is nan, expected a finite number of 0 or more");
+    check_finds(
+        file,
+        "theta = 1.0 ",
+        "theta = nan ",
+        "`theta` is nan, expected a finite number of 0 or more",
+    );
     check_finds(
         file,
         "energy_per_metre_j = 40",
@@ -146,7 +151,8 @@ fn check_names_all_mistakes_at_once_in_text_and_json() {
     ] {
         assert!(error.contains(&format!("bad.toml:{line}: {mistake}")), "{line}: {mistake} in\n{error}");
         let same = |found: &&serde_json::Value| {
-            found["line"] == line && mistake.starts_with(found["problem"].as_str().unwrap().split(" (").next().unwrap())
+            found["line"] == line
+                && mistake.starts_with(found["problem"].as_str().unwrap().split(" (").next().unwrap())
         };
         assert!(mistakes.iter().any(|found| same(&found)), "{line}: {mistake} in {mistakes:?}");
     }

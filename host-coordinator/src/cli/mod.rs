@@ -6,6 +6,7 @@
 //! [`main`] prints it on standard error and turns it into the exit code.
 
 mod check;
+mod run;
 
 use std::{
     error::Error,
@@ -30,12 +31,14 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Check(check::Check),
+    Run(run::Run),
 }
 
 impl Command {
     fn run(self) -> Outcome {
         match self {
             Self::Check(command) => command.run(),
+            Self::Run(command) => command.run(),
         }
     }
 }
