@@ -33,7 +33,7 @@ pub fn lints(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
 /// The documentation of the libraries with what only exists on the ARM core.
 pub fn documentation(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
     IMAGES.into_iter().map(|(package, binary)| {
-        let command = "doc --quiet --no-deps --lib --package";
+        let command = "doc --quiet --release --no-deps --lib --package";
         toolchain.cargo(command).args([package, "--features", binary]).variable("RUSTDOCFLAGS", "-D warnings")
     })
 }
