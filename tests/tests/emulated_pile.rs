@@ -6,5 +6,7 @@
 
 #[path = "emulated_pile/bench.rs"]
 mod bench;
+#[path = "emulated_pile/charge.rs"]
+mod charge;
 #[path = "emulated_pile/frames.rs"]
 mod frames;
