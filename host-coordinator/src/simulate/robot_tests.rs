@@ -176,8 +176,8 @@ fn a_robot_without_energy_has_stranded_and_says_so_once_a_second() {
     let outputs = rig.after(100, &[]);
     assert_eq!(rig.robot.activity(), Activity::Stranded);
     assert!(!outputs.moving);
-    let said = (0..100).flat_map(|_| rig.after(100, &[]).messages).filter(|message| {
-        matches!(message, Message::RobotState(state) if state.activity == Activity::Stranded)
-    });
+    let said = (0..100).flat_map(|_| rig.after(100, &[]).messages).filter(
+        |message| matches!(message, Message::RobotState(state) if state.activity == Activity::Stranded),
+    );
     assert_eq!(said.count(), 10);
 }
