@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `GET /api/v1/state` | a [`View`] |
 //! | `GET /api/v1/changes` | WebSocket: a whole view first, then what [`changes`] in it |
-//! | `GET /` | the dashboard ([`ui`](crate::ui)) |
+//! | `GET /` | the dashboard ([`ui`]) |
 //!
 //! All of it only reads: nobody can command the site from here.
 
