@@ -1,7 +1,7 @@
 //! The coordinator's step: who is heard, what it means, and what follows from it.
 //!
 //! A step takes one input in, and then settles everything that is due: leases
-//! (`grants`), the queue (`queue`), and what robots are told.
+//! (`grants`), the queue and what robots are told (`queue`).
 
 use std::{collections::BTreeMap, sync::Arc};
 

@@ -1,23 +1,22 @@
 //! The whole daemon over real sockets: a real pile core behind UDP or TCP, a robot, a charge.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::{
     net::{SocketAddr, UdpSocket},
     path::Path,
     sync::Arc,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
-use firmware_pile::{ChargingPile, Input as PileInput, Parameters, TagRead, To};
+use crate::udp_world::{World, robot_config};
+use firmware_pile::{ChargingPile, Parameters};
 use host_coordinator::{
-    config::{Config, Listen, Policy, RobotConfig},
+    config::{Config, Listen, Policy},
     core::View,
     daemon::{Daemon, SiteClock},
     site::Site,
 };
 use protocol::{
-    Activity, BootEpoch, ChargeRequest, Deframer, DeviceId, EnergyJ, Frame, FrameWriter, Message, Millis,
-    PileId, RequestId, RobotId, RobotState, SiteMillis, TagId,
+    BootEpoch, Deframer, DeviceId, Frame, FrameWriter, Message, Millis, PileId, RobotId, SiteMillis,
 };
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -25,18 +24,16 @@ use tokio::{
     time::{sleep, timeout},
 };
 
-const SPEED: f64 = 20.0;
-const TAG: TagId = TagId([7; 12]);
+const SPEED: f64 = 10.0;
 
 fn config(folder: &Path) -> Config {
     let any: SocketAddr = "127.0.0.1:0".parse().unwrap();
-    let full = EnergyJ::new(10_000.0).unwrap();
     Config {
         site: folder.to_owned(),
         event_log: folder.join("events.sqlite"),
         listen: Listen { http: any, udp: any, tcp: any },
         policy: Policy::default(),
-        robots: vec![RobotConfig { id: RobotId(3), tag: TAG, full, energy_per_metre_j: 10.0 }],
+        robots: vec![robot_config(3)],
         connect: Vec::new(),
     }
 }
@@ -59,80 +56,20 @@ async fn until(daemon: &Daemon, what: &str, found: impl Fn(&View) -> bool) {
     }
 }
 
-/// A pile and, next to it, a robot, both on one thread with a UDP socket each.
-fn play_charge(coordinator: SocketAddr, clock: SiteClock, until: Instant) {
-    let site = Site::fig7().unwrap();
-    let place = site.position(site.pile(PileId(2)).unwrap().cell);
-    let socket = || {
-        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-        socket.connect(coordinator).unwrap();
-        socket.set_nonblocking(true).unwrap();
-        socket
-    };
-    let (pile_socket, robot_socket) = (socket(), socket());
-    let mut pile = ChargingPile::new(Parameters::new(PileId(2), 500.0));
-    let mut pile_writer = FrameWriter::new(DeviceId::Pile(PileId(2)), BootEpoch(1));
-    let mut robot_writer = FrameWriter::new(DeviceId::Robot(RobotId(3)), BootEpoch(1));
-    let mut accepted = None;
-    let begun = clock.now();
-    let mut said = SiteMillis(0);
-    while Instant::now() < until {
-        let now = Millis(clock.now().since(begun).0.into());
-        let mut inputs: Vec<Frame> = Vec::new();
-        let mut buffer = [0; 2048];
-        while let Ok(length) = pile_socket.recv(&mut buffer) {
-            Deframer::new().feed(&buffer[..length], |frame| inputs.push(frame.unwrap()));
-        }
-        let docked = accepted.is_some();
-        let read =
-            if docked { PileInput::Tag(TagRead { tag: TAG, rssi_dbm: -40 }) } else { PileInput::ReaderIdle };
-        let feedback = PileInput::ContactorFeedback { closed: pile.energised() };
-        let inputs = inputs.iter().map(PileInput::Frame).chain([feedback, read, PileInput::Tick]);
-        for input in inputs {
-            for outgoing in pile.step(now, input).messages {
-                if outgoing.to == To::Coordinator {
-                    pile_socket.send(&pile_writer.write(outgoing.message).unwrap()).unwrap();
-                }
-            }
-        }
-        while let Ok(length) = robot_socket.recv(&mut buffer) {
-            Deframer::new().feed(&buffer[..length], |frame| {
-                if let Message::Assignment(part) = frame.unwrap().message {
-                    assert_eq!(part.pile, PileId(2));
-                    accepted = Some(part.request);
-                }
-            });
-        }
-        if clock.now().since(said).0 >= 500 {
-            said = clock.now();
-            let energy = EnergyJ::new(5_000.0).unwrap();
-            let activity = if docked { Activity::Docked } else { Activity::Waiting };
-            let state = RobotState { position: place, energy, activity, accepted };
-            robot_socket.send(&robot_writer.write(Message::RobotState(state)).unwrap()).unwrap();
-            if !docked {
-                let request = ChargeRequest { request: RequestId(1), position: place, energy };
-                robot_socket.send(&robot_writer.write(Message::ChargeRequest(request)).unwrap()).unwrap();
-            }
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    }
-}
-
 #[tokio::test(flavor = "multi_thread")]
 async fn a_robot_asks_is_granted_a_pile_and_is_charged_over_udp() {
     let folder = tempfile::tempdir().unwrap();
     let (daemon, clock) = start(folder.path()).await;
-    let udp = daemon.addresses().udp;
-    let player = std::thread::spawn(move || play_charge(udp, clock, Instant::now() + Duration::from_secs(4)));
+    let world = World::start(daemon.addresses().udp, clock, &[2], &[3]);
     until(&daemon, "charging", |view| view.piles[1].availability == "charging" && view.piles[1].energised)
         .await;
-    until(&daemon, "charged", |view| view.totals.charges_completed == 1).await;
+    until(&daemon, "charged", |view| view.totals.charges_completed > 0).await;
     let view = Arc::clone(&daemon.view().borrow());
     assert_eq!(view.decisions[0].chosen, Some(PileId(2)));
-    assert_eq!((view.totals.requests, view.totals.waiting), (1, 0));
     assert!(daemon.planning_times().quantile(0.5) > 0);
+    let seen = world.stop();
+    assert_eq!(seen.values().next(), Some(&(PileId(2), RobotId(3))));
     daemon.shutdown().await;
-    player.join().unwrap();
 }
 
 #[tokio::test(flavor = "multi_thread")]
