@@ -13,8 +13,9 @@ use protocol::{DurationMs, EnergyJ, PileId, RobotId, TagId};
 
 use crate::{
     diagnostics::Diagnostics,
-    document::{self, Section, number, one_of, parsed, text, whole},
+    document::{self, Document, Section, number, one_of, parsed, text, whole},
     selection::Rule,
+    site::Site,
 };
 
 /// A coordinator's configuration.
@@ -91,17 +92,39 @@ impl Config {
     /// # Errors
     /// Every mistake in the file.
     pub fn load(file: &Path) -> Result<Self, Diagnostics> {
-        document::read(file, fs::read_to_string(file), |document, mut root| {
-            let site = root.required("site", &text());
-            let event_log = root.required("event_log", &text());
-            let listen = listen(root.table("listen"));
-            let policy = policy(root.table("policy"));
-            let robots = robots(root.tables("robot"));
-            let connect = connect(root.tables("pile"));
-            let (site, event_log) = (document.resolve(&site?), document.resolve(&event_log?));
-            Some(Self { site, event_log, listen, policy, robots, connect })
+        document::read(file, fs::read_to_string(file), |document, root| Some(config(document, root)?.0))
+    }
+
+    /// Reads the configuration in `file` and the site that it names.
+    ///
+    /// # Errors
+    /// Every mistake in their files.
+    pub fn load_with_site(file: &Path) -> Result<(Self, Site), Diagnostics> {
+        document::read(file, fs::read_to_string(file), |document, root| {
+            let (config, pile_lines) = config(document, root)?;
+            let site = Site::load(&config.site);
+            let site = site.map_err(|found| document.mistake_elsewhere(found.into_mistakes())).ok()?;
+            for (&(pile, _), line) in config.connect.iter().zip(pile_lines) {
+                if site.pile(pile).is_none() {
+                    let problem = format!("pile {pile} is not in the site");
+                    document.mistake(line, problem, format!("a pile of {}", config.site.display()));
+                }
+            }
+            Some((config, site))
         })
     }
+}
+
+/// The configuration, and the lines in which the piles to call stand.
+fn config(document: &Document<'_>, mut root: Section<'_>) -> Option<(Config, Vec<usize>)> {
+    let site = root.required("site", &text());
+    let event_log = root.required("event_log", &text());
+    let listen = listen(root.table("listen"));
+    let policy = policy(root.table("policy"));
+    let robots = robots(root.tables("robot"));
+    let (connect, pile_lines) = connect(root.tables("pile")).into_iter().unzip();
+    let (site, event_log) = (document.resolve(&site?), document.resolve(&event_log?));
+    Some((Config { site, event_log, listen, policy, robots, connect }, pile_lines))
 }
 
 fn listen(mut section: Section<'_>) -> Listen {
@@ -150,7 +173,7 @@ fn robots(sections: Vec<Section<'_>>) -> Vec<RobotConfig> {
     robots
 }
 
-fn connect(sections: Vec<Section<'_>>) -> Vec<(PileId, SocketAddr)> {
+fn connect(sections: Vec<Section<'_>>) -> Vec<((PileId, SocketAddr), usize)> {
     let (mut connect, mut ids) = (Vec::new(), Vec::new());
     for mut section in sections {
         let id = section.required("id", &whole(0..=u16::MAX.into())).map(PileId);
@@ -159,7 +182,7 @@ fn connect(sections: Vec<Section<'_>>) -> Vec<(PileId, SocketAddr)> {
             section.mistake("id", format!("pile {id} is there twice"), "one [[pile]] for each pile");
         }
         ids.extend(id);
-        connect.extend(id.zip(address));
+        connect.extend(id.zip(address).zip(Some(section.line_of("id"))));
     }
     connect
 }

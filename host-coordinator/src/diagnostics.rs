@@ -68,6 +68,12 @@ impl Diagnostics {
         }
     }
 
+    /// One mistake found on reading `file`.
+    #[must_use]
+    pub fn one(file: &Path, mistake: Diagnostic) -> Self {
+        Self { file: file.into(), mistakes: vec![mistake] }
+    }
+
     /// The mistakes, ordered by file and line.
     #[must_use]
     pub fn mistakes(&self) -> &[Diagnostic] {

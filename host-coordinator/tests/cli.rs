@@ -129,6 +129,98 @@ fn check_refuses_two_robots_with_one_tag() {
 }
 
 #[test]
+fn check_refuses_a_map_with_ragged_rows() {
+    let row = ".......................@@@........................@@@...............@@@.............................\n";
+    let short = format!("...{row}");
+    check_finds("fig7.map", row, &short, "a row of 103 cells, expected 100, as the width says");
+    let copy = fig7_with("fig7.map", "height 100", "height 99");
+    let error = chargehand(&["check", "--config", text(&copy.path().join("chargehand.toml"))]).fails();
+    assert!(error.contains("fig7.map:104: text after the last of 99 rows, expected the end"), "{error}");
+}
+
+#[test]
+fn check_refuses_a_pile_in_a_wall() {
+    check_finds("site.toml", "at = [68, 100]", "at = [70, 100]", "pile 3 is in a wall, expected a free cell");
+}
+
+#[test]
+fn check_refuses_a_pile_outside_the_map() {
+    check_finds(
+        "site.toml",
+        "at = [68, 100]",
+        "at = [68, 101]",
+        "pile 3 at (68, 101) is outside the map, where x goes from 1 to 100 and y from 1 to 100",
+    );
+}
+
+#[test]
+fn check_refuses_a_door_in_no_wall() {
+    let wanted = "door 1 is in no wall, expected a blocked cell within 5 cells of it";
+    check_finds("site.toml", "at = [24, 70]", "at = [10, 85]", wanted);
+    // In a wall, but in that of other rooms.
+    check_finds(
+        "site.toml",
+        "at = [24, 70]",
+        "at = [75, 70]",
+        "door 1 is not near subarea \"A\", which it joins",
+    );
+}
+
+#[test]
+fn check_refuses_a_door_in_a_wall_and_one_to_nowhere() {
+    check_finds(
+        "site.toml",
+        "at = [24, 70]",
+        "at = [25, 80]",
+        "door 1 is in a wall, expected a free cell of the",
+    );
+    check_finds(
+        "site.toml",
+        "joins = [\"A\", \"K\"]",
+        "joins = [\"A\", \"Z\"]",
+        "door 1 joins subarea \"Z\", which there is not, expected two of the letters ABCDKHWJL",
+    );
+}
+
+#[test]
+fn check_refuses_two_piles_with_one_number_and_says_where_the_first_is() {
+    let first = line_of(&fig7(), "site.toml", "at = [50, 70]") - 1;
+    check_finds(
+        "site.toml",
+        "id = 3\nat = [68, 100]",
+        "id = 2 # again\nat = [68, 100]",
+        &format!("pile 2 is there twice, first in line {first}, expected a number of its own"),
+    );
+}
+
+#[test]
+fn check_refuses_nan_and_unknown_keys_in_a_site() {
+    check_finds(
+        "site.toml",
+        "resolution_m = 1.0",
+        "resolution_m = nan",
+        "`resolution_m` is nan, expected a number",
+    );
+    check_finds(
+        "site.toml",
+        "charged = 0.9",
+        "charge = 0.9",
+        "[[pile]] has an unknown key `charge`, expected one of `id`, `at`, `power_w`, `charged`",
+    );
+}
+
+#[test]
+fn check_refuses_a_pile_to_call_that_the_site_has_not() {
+    let call = "# [[pile]]\n# id = 1\n# address";
+    let copy = fig7_with("chargehand.toml", call, "[[pile]]\nid = 99\naddress");
+    let config = copy.path().join("chargehand.toml");
+    let line = line_of(copy.path(), "chargehand.toml", "id = 99");
+    let error = chargehand(&["check", "--config", text(&config)]).fails();
+    let wanted = format!("{}:{line}: pile 99 is not in the site, expected a pile of", config.display());
+    assert!(error.contains(&wanted), "{error}");
+}
+
+#[test]
 fn check_names_all_mistakes_at_once_in_text_and_json() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("bad.toml");

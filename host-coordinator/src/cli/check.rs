@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::{Outcome, out, out_json};
 
-/// Check a configuration and report every mistake in it with file and line
+/// Check a configuration and its site and report every mistake with file and line
 #[derive(clap::Args)]
 pub struct Check {
     /// The configuration that `chargehand run` would get
@@ -20,15 +20,22 @@ pub struct Check {
 
 impl Check {
     pub fn run(self) -> Outcome {
-        let checked = Config::load(&self.config);
+        let checked = Config::load_with_site(&self.config);
         if self.json {
             let mistakes = checked.as_ref().map_or_else(|found| found.mistakes(), |_| &[]);
             out_json(&json!({ "ready": mistakes.is_empty(), "mistakes": mistakes }))?;
         }
-        let config = checked?;
+        let (config, site) = checked?;
         if self.json {
             return Ok(());
         }
-        out(&format!("{} is ready to run: {} robots", self.config.display(), config.robots.len()))
+        out(&format!(
+            "{} is ready to run: {} robots on \"{}\", a site of {} piles and {} doors",
+            self.config.display(),
+            config.robots.len(),
+            site.name,
+            site.piles.len(),
+            site.rooms.doors().len(),
+        ))
     }
 }

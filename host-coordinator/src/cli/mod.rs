@@ -6,7 +6,12 @@
 //! [`main`] prints it on standard error and turns it into the exit code.
 
 mod check;
+mod map;
+mod plan;
+mod point;
 mod run;
+mod select;
+mod table;
 
 use std::{
     error::Error,
@@ -30,15 +35,21 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Check(check::Check),
     Run(run::Run),
+    Check(check::Check),
+    Map(map::Map),
+    Plan(plan::Plan),
+    Select(select::Select),
 }
 
 impl Command {
     fn run(self) -> Outcome {
         match self {
-            Self::Check(command) => command.run(),
             Self::Run(command) => command.run(),
+            Self::Check(command) => command.run(),
+            Self::Map(command) => command.run(),
+            Self::Plan(command) => command.run(),
+            Self::Select(command) => command.run(),
         }
     }
 }
@@ -72,4 +83,10 @@ fn out_json(data: &impl Serialize) -> Outcome {
     let mut stdout = io::stdout().lock();
     // Not `to_writer`: it would hide a closed pipe inside its own error type.
     Ok(writeln!(stdout, "{}", serde_json::to_string_pretty(data)?)?)
+}
+
+/// Reads a number of 0 or more.
+fn non_negative(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite() && *number >= 0.0);
+    number.ok_or_else(|| "expected a finite number of 0 or more".into())
 }

@@ -10,12 +10,12 @@ use planning::{
 
 use crate::diagnostics::Diagnostic;
 
-/// How a file is opened: from the disk, or from within the program.
-pub(super) type Open<'a> = &'a dyn Fn(&Path) -> io::Result<String>;
-
-/// Reads the map in `file`.
-pub(super) fn map(file: &Path, open: Open<'_>) -> Result<Grid, Diagnostic> {
-    let text = contents(file, open, "a MovingAI octile map")?;
+/// Reads `text`, the content of the map `file`.
+///
+/// # Errors
+/// The first mistake, with its line.
+pub fn read_map(file: &Path, text: io::Result<String>) -> Result<Grid, Diagnostic> {
+    let text = readable(file, text, "a MovingAI octile map")?;
     movingai::read_map(&text).map_err(|error| match error.problem {
         MapProblem::Header { expected, found } => {
             Diagnostic::new(file, error.line, format!("`{found}`"), format!("`{expected}`"))
@@ -24,9 +24,13 @@ pub(super) fn map(file: &Path, open: Open<'_>) -> Result<Grid, Diagnostic> {
     })
 }
 
-/// Reads the picture of `grid`'s subareas in `file`.
-pub(super) fn subareas(file: &Path, grid: &Grid, open: Open<'_>) -> Result<Subareas, Diagnostic> {
-    let text = contents(file, open, "a letter for every cell of the map")?;
+/// Reads `text`, the content of `file`: the picture of `grid`'s subareas.
+pub(super) fn read_subareas(
+    file: &Path,
+    text: io::Result<String>,
+    grid: &Grid,
+) -> Result<Subareas, Diagnostic> {
+    let text = readable(file, text, "a letter for every cell of the map")?;
     Subareas::read(&text, grid).map_err(|error| {
         let (SubareasError::Rows { line, .. }
         | SubareasError::Ragged { line, .. }
@@ -36,8 +40,8 @@ pub(super) fn subareas(file: &Path, grid: &Grid, open: Open<'_>) -> Result<Subar
     })
 }
 
-fn contents(file: &Path, open: Open<'_>, expected: &str) -> Result<String, Diagnostic> {
-    open(file).map_err(|error| Diagnostic::new(file, None, format!("cannot be read ({error})"), expected))
+fn readable(file: &Path, text: io::Result<String>, expected: &str) -> Result<String, Diagnostic> {
+    text.map_err(|error| Diagnostic::new(file, None, format!("cannot be read ({error})"), expected))
 }
 
 /// A reader's error, which says `problem: expected ...`, perhaps after the line.

@@ -14,13 +14,32 @@ pub struct SiteFrame {
     pub y_up: bool,
 }
 
+/// A coordinate pair that is no cell of the map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("({x}, {y}) is outside the map, where x goes from {first} to {} and y from {first} to {}", last.0, last.1)]
+pub struct OutsideMap {
+    x: i32,
+    y: i32,
+    first: i32,
+    last: (i32, i32),
+}
+
 impl SiteFrame {
-    /// The cell at site coordinates `(x, y)`, if `grid` has it.
+    /// The cell at site coordinates `(x, y)`.
     ///
     /// In a frame that counts from 1 a coordinate 0 acts as 1: LMPP prints both for the same
     /// cell.
-    #[must_use]
-    pub fn cell(self, grid: &Grid, x: i32, y: i32) -> Option<Cell> {
+    ///
+    /// # Errors
+    /// [`OutsideMap`] if `grid` has no such cell.
+    pub fn cell_at(self, grid: &Grid, x: i32, y: i32) -> Result<Cell, OutsideMap> {
+        self.cell(grid, x, y).ok_or_else(|| {
+            let last = |cells: u32| self.origin + cells as i32 - 1;
+            OutsideMap { x, y, first: self.origin, last: (last(grid.width()), last(grid.height())) }
+        })
+    }
+
+    fn cell(self, grid: &Grid, x: i32, y: i32) -> Option<Cell> {
         let index = |coordinate: i32| match (coordinate, self.origin) {
             (0, 1) => Some(0),
             _ => coordinate.checked_sub(self.origin),
@@ -34,12 +53,6 @@ impl SiteFrame {
     pub fn coordinates(self, grid: &Grid, cell: Cell) -> (i32, i32) {
         let Cell { x, y } = self.flipped(grid, cell);
         (x.saturating_add(self.origin), y.saturating_add(self.origin))
-    }
-
-    /// The smallest and the largest coordinates on `grid`.
-    pub(super) fn bounds(self, grid: &Grid) -> ((i32, i32), (i32, i32)) {
-        let last = |cells: u32| self.origin + cells as i32 - 1;
-        ((self.origin, self.origin), (last(grid.width()), last(grid.height())))
     }
 
     /// `cell` with its row counted from the other side if y grows upwards.
@@ -64,7 +77,10 @@ mod tests {
         assert_eq!(frame.cell(&grid, 0, 0), Some(Cell { x: 0, y: 99 }));
         assert_eq!(frame.cell(&grid, 101, 5), None);
         assert_eq!(frame.cell(&grid, 5, -1), None);
-        assert_eq!(frame.bounds(&grid), ((1, 1), (100, 100)));
+        assert_eq!(
+            frame.cell_at(&grid, 70, 102).unwrap_err().to_string(),
+            "(70, 102) is outside the map, where x goes from 1 to 100 and y from 1 to 100"
+        );
     }
 
     proptest! {

@@ -1,9 +1,9 @@
 //! Reads a site's files and reports every mistake in them.
 
-use std::path::Path;
+use std::{io, path::Path};
 
 use planning::{
-    grid::Grid,
+    grid::{Cell, Grid},
     moves::MoveSet,
     rooms::{Door, DoorError, DoorId, Rooms, Subareas},
 };
@@ -11,12 +11,15 @@ use protocol::PileId;
 
 use super::{
     Site, SiteFrame, SitePile,
-    files::{self, Open},
+    files::{read_map, read_subareas},
 };
 use crate::{
     diagnostics::{Diagnostic, Diagnostics},
     document::{self, Document, Section, flag, number, one_number_of, pair, text, two_letters, whole},
 };
+
+/// How a file is opened: from the disk, or from within the program.
+type Open<'a> = &'a dyn Fn(&Path) -> io::Result<String>;
 
 /// From a door, a wall and both its subareas are at most this many cells away, so that doors
 /// may lie a little before walls that are drawn three cells thick.
@@ -40,8 +43,9 @@ fn site(document: &Document<'_>, mut root: Section<'_>, open: Open<'_>) -> Optio
     let doors = placed("door", root.tables("door"), door);
     let piles = placed("pile", root.tables("pile"), pile);
 
-    let grid = noted(document, files::map(&document.resolve(&map?), open))?;
-    let subareas = noted(document, files::subareas(&document.resolve(&subareas?), &grid, open));
+    let (map, subareas) = (document.resolve(&map?), document.resolve(&subareas?));
+    let grid = noted(document, read_map(&map, open(&map)))?;
+    let subareas = noted(document, read_subareas(&subareas, open(&subareas), &grid));
     let piles = site_piles(document, &grid, frame, &piles);
     let (rooms, congestion) = rooms(document, &grid, subareas?, frame, &doors)?;
     Some(Site {
@@ -66,13 +70,14 @@ fn frame(mut section: Section<'_>) -> SiteFrame {
 /// What a `[[door]]` says besides its number and place.
 struct DoorEntry {
     joins: [char; 2],
+    joins_line: usize,
     congestion: f64,
 }
 
 fn door(section: &mut Section<'_>) -> Option<DoorEntry> {
     let joins = section.required("joins", &two_letters());
     let congestion = section.optional("congestion", &number(0.0..=1.0)).unwrap_or_default();
-    Some(DoorEntry { joins: joins?, congestion })
+    Some(DoorEntry { joins: joins?, joins_line: section.line_of("joins"), congestion })
 }
 
 /// What a `[[pile]]` says besides its number and place.
@@ -126,13 +131,8 @@ fn site_piles(
     entries: &[Placed<PileEntry>],
 ) -> Vec<SitePile> {
     let mut piles: Vec<SitePile> = Vec::new();
-    for &Placed { ref entry, id, at: [x, y], line } in entries {
-        let Some(cell) = frame.cell(grid, x, y) else {
-            let (first, last) = frame.bounds(grid);
-            let problem = format!("pile {id} is outside the map");
-            document.mistake(line, problem, format!("[x, y] from {first:?} to {last:?}"));
-            continue;
-        };
+    for &Placed { ref entry, id, at, line } in entries {
+        let Some(cell) = cell(document, grid, frame, ("pile", id), at, line) else { continue };
         if !grid.is_free(cell) {
             document.mistake(line, format!("pile {id} is in a wall"), "a free cell");
         }
@@ -155,19 +155,14 @@ fn rooms(
     entries: &[Placed<DoorEntry>],
 ) -> Option<(Rooms, Vec<(DoorId, f64)>)> {
     let mut doors = Vec::new();
-    for &Placed { ref entry, id, at: [x, y], line } in entries {
-        let cell = frame.cell(grid, x, y);
-        if cell.is_none() {
-            let (first, last) = frame.bounds(grid);
-            let problem = format!("door {id} is outside the map");
-            document.mistake(line, problem, format!("[x, y] from {first:?} to {last:?}"));
-        }
+    for &Placed { ref entry, id, at, line } in entries {
+        let cell = cell(document, grid, frame, ("door", id), at, line);
         let subarea = |name: char| {
             let found = subareas.named(name);
             if found.is_none() {
                 let known: String = subareas.iter().map(|(_, name)| name).collect();
                 let problem = format!("door {id} joins subarea \"{name}\", which there is not");
-                document.mistake(line, problem, format!("two of the letters {known}"));
+                document.mistake(entry.joins_line, problem, format!("two of the letters {known}"));
             }
             found
         };
@@ -205,6 +200,20 @@ fn note_door(document: &Document<'_>, entries: &[Placed<DoorEntry>], error: &Doo
     };
     let line = entries.iter().find(|entry| entry.id == door.0).map(|entry| entry.line);
     document.mistake(line, format!("door {door} {problem}"), expected);
+}
+
+/// The cell at `at` of the site.
+fn cell(
+    document: &Document<'_>,
+    grid: &Grid,
+    frame: SiteFrame,
+    (kind, id): (&str, u16),
+    [x, y]: [i32; 2],
+    line: usize,
+) -> Option<Cell> {
+    let outside =
+        |outside| document.mistake(line, format!("{kind} {id} at {outside}"), "a free cell of the map");
+    frame.cell_at(grid, x, y).map_err(outside).ok()
 }
 
 fn noted<T>(document: &Document<'_>, read: Result<T, Diagnostic>) -> Option<T> {

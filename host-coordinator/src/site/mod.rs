@@ -28,20 +28,26 @@ mod files;
 mod frame;
 mod load;
 
-use std::{fs, io, path::Path};
+use std::{fs, io, iter, path::Path};
 
 use planning::{
     congestion,
     grid::{Cell, Grid},
-    lmpp::Lmpp,
+    lmpp::{Lmpp, Survey},
     memory::Target,
-    moves::MoveSet,
+    moves::{Length, MoveSet},
     rooms::{DoorId, Rooms},
 };
-use protocol::{CoordinateM, PileId, Position};
+use protocol::{Availability, CoordinateM, PileId, Position};
 
-pub use self::frame::SiteFrame;
-use crate::diagnostics::Diagnostics;
+pub use self::{
+    files::read_map,
+    frame::{OutsideMap, SiteFrame},
+};
+use crate::{
+    diagnostics::Diagnostics,
+    selection::{Candidate, Rule},
+};
 
 /// A site.
 #[derive(Clone, Debug)]
@@ -78,18 +84,6 @@ pub struct SitePile {
     pub charged: Option<f64>,
 }
 
-/// A coordinate pair that is no cell of the site.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("({x}, {y}) is outside the map, whose x goes from {} to {} and y from {} to {}", first.0, last.0, first.1, last.1)]
-pub struct OutsideMap {
-    /// The coordinates.
-    pub x: i32,
-    /// See `x`.
-    pub y: i32,
-    first: (i32, i32),
-    last: (i32, i32),
-}
-
 impl Site {
     /// Reads the site in `folder`: its `site.toml` and the files that it names.
     ///
@@ -120,10 +114,7 @@ impl Site {
     /// # Errors
     /// [`OutsideMap`] if there is none.
     pub fn cell_at(&self, x: i32, y: i32) -> Result<Cell, OutsideMap> {
-        self.frame.cell(&self.grid, x, y).ok_or_else(|| {
-            let (first, last) = self.frame.bounds(&self.grid);
-            OutsideMap { x, y, first, last }
-        })
+        self.frame.cell_at(&self.grid, x, y)
     }
 
     /// The site coordinates of `cell`.
@@ -146,7 +137,7 @@ impl Site {
     pub fn cell_of(&self, position: Position) -> Option<Cell> {
         // `as` saturates; what is far out is outside the map.
         let whole = |metres: CoordinateM| (f64::from(metres.get()) / self.resolution_m).round() as i32;
-        self.frame.cell(&self.grid, whole(position.x), whole(position.y))
+        self.cell_at(whole(position.x), whole(position.y)).ok()
     }
 
     /// Where `position` is in the map's picture: in cells from the middle of the upper left one,
@@ -171,6 +162,29 @@ impl Site {
     #[must_use]
     pub fn targets(&self) -> Vec<Target> {
         self.piles.iter().map(|pile| Target { id: pile.id.0, cell: pile.cell }).collect()
+    }
+
+    /// What the site file and `survey` say of every pile, with the `probabilities` of the piles
+    /// in their order, 0 where there are not enough.
+    ///
+    /// The site file has the state value of LMPP Table 3, the share of a charge that is done.
+    /// The paper takes it for q, which eq. 1 defines as the share still ahead; so does
+    /// [`Rule::PaperLiteral`].
+    #[must_use]
+    pub fn candidates(&self, survey: &Survey<'_>, probabilities: &[f64], rule: Rule) -> Vec<Candidate> {
+        let probabilities = probabilities.iter().copied().chain(iter::repeat(0.0));
+        let candidate = |(pile, probability): (&SitePile, f64)| Candidate {
+            pile: pile.id,
+            availability: Some(pile.charged.map_or(Availability::Free, |_| Availability::Charging)),
+            remaining: match (rule, pile.charged) {
+                (_, None) => 0.0,
+                (Rule::PaperLiteral, Some(charged)) => charged,
+                (Rule::Corrected, Some(charged)) => 1.0 - charged,
+            },
+            distance: survey.length_to(pile.id.0).map(Length::units),
+            probability,
+        };
+        self.piles.iter().zip(probabilities).map(candidate).collect()
     }
 
     /// The pile with this number.
