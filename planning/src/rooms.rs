@@ -245,13 +245,13 @@ fn check(subareas: &Subareas, door: &Door, reach: u32) -> Result<(), DoorError> 
     let radius = i32::try_from(reach).unwrap_or(i32::MAX);
     let around =
         || (-radius..=radius).flat_map(move |dy| (-radius..=radius).map(move |dx| door.cell.offset(dx, dy)));
+    if around().all(|cell| subareas.grid.is_free(cell)) {
+        return Err(DoorError::NoWall { door: door.id, reach });
+    }
     if let Some(far) = door.joins.into_iter().find(|&id| around().all(|cell| subareas.find(cell) != Some(id)))
     {
         let subarea = subareas.name(far).unwrap_or('?');
         return Err(DoorError::FarFrom { door: door.id, subarea, reach });
-    }
-    if around().all(|cell| subareas.grid.is_free(cell)) {
-        return Err(DoorError::NoWall { door: door.id, reach });
     }
     Ok(())
 }

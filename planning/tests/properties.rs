@@ -219,8 +219,9 @@ fn a_door_in_the_middle_of_a_room_is_refused() {
             .map(ToString::to_string)
             .collect::<Vec<_>>()
     };
+    assert_eq!(errors(10, 10, joins), ["door 1 is in no wall: expected a blocked cell within 3 cells of it"]);
     assert_eq!(
-        errors(5, 10, joins),
+        errors(17, 10, joins),
         ["door 1 does not touch subarea b: expected a cell of it within 3 cells of the door"]
     );
     assert_eq!(
