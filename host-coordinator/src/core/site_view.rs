@@ -101,8 +101,11 @@ fn walls(site: &Site) -> Vec<[u32; 3]> {
     walls
 }
 
+/// How many cells around a label should be the subarea's own, so that it is not written on a wall.
+const LABEL_ROOM: i32 = 4;
+
 /// Every subarea's label goes on its cell that is nearest to the mean of its cells, which itself
-/// may lie outside a crooked room.
+/// may lie outside a crooked room, and has room around it if any has.
 fn labels(site: &Site) -> Vec<SubareaView> {
     let mut cells: BTreeMap<_, Vec<Cell>> = BTreeMap::new();
     for cell in site.grid.free_cells() {
@@ -111,13 +114,19 @@ fn labels(site: &Site) -> Vec<SubareaView> {
         }
     }
     let label = |(id, name)| {
-        let cells = cells.get(&id)?;
+        let mut cells = cells.get(&id)?.clone();
         let mean = |of: fn(&Cell) -> i32| {
             cells.iter().map(|cell| f64::from(of(cell))).sum::<f64>() / cells.len() as f64
         };
         let (x, y) = (mean(|cell| cell.x), mean(|cell| cell.y));
         let distance = |cell: &Cell| (f64::from(cell.x) - x).hypot(f64::from(cell.y) - y);
-        let at = cells.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        cells.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let side = -LABEL_ROOM..=LABEL_ROOM;
+        let has_room = |cell: &&Cell| {
+            let own = |x, y| site.rooms.find_subarea(Cell { x, y }) == Some(id);
+            side.clone().all(|dy| side.clone().all(|dx| own(cell.x + dx, cell.y + dy)))
+        };
+        let at = cells.iter().find(has_room).or(cells.first())?;
         Some(SubareaView { name: String::from(name), at: [at.x, at.y] })
     };
     site.rooms.subareas().iter().filter_map(label).collect()
