@@ -34,6 +34,8 @@ pub struct Decision {
 pub struct Explanation {
     /// Which pile.
     pub pile: PileId,
+    /// In which stage it could be chosen: `idle`, `almost_charged`, `unusable`.
+    pub stage: String,
     /// The length of the way to it in cells.
     pub distance: Option<f64>,
     /// How often the robot is near it at that time of day, 0 to 1 (eq. 5).
@@ -65,6 +67,7 @@ impl Decision {
         };
         let explanations = choice.explanations.iter().map(|one| Explanation {
             pile: one.pile,
+            stage: one.stage.name().to_owned(),
             distance: one.distance,
             probability: one.probability,
             score: one.score.filter(|score| score.is_finite()),

@@ -54,6 +54,18 @@ pub enum PileStage {
     Unusable,
 }
 
+impl PileStage {
+    /// One word for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::AlmostCharged => "almost_charged",
+            Self::Unusable => "unusable",
+        }
+    }
+}
+
 /// Why one pile was or was not chosen.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(into = "Row")]
