@@ -125,12 +125,8 @@ impl Robot {
             match message {
                 Message::Hello(_) => self.greeted = true,
                 Message::Assignment(part) => self.take(part, sensed, &mut outputs),
-                Message::Unassigned(answer) => {
-                    if let Mode::Waiting { ask_at } = &mut self.mode
-                        && answer.request == self.request
-                    {
-                        *ask_at = now.after(ASK_AGAIN);
-                    }
+                Message::Unassigned(answer) if answer.request == self.request => {
+                    self.wait(now, sensed, &mut outputs);
                 }
                 _ => {}
             }
@@ -139,6 +135,20 @@ impl Robot {
         outputs.moving = self.moving(sensed);
         self.speak(now, sensed, &mut outputs.messages);
         outputs
+    }
+
+    /// Told that there is no pile now. That also takes an assignment back, whose dock is then left
+    /// to others.
+    fn wait(&mut self, now: Millis, sensed: &Sensed, outputs: &mut Outputs) {
+        match self.mode {
+            Mode::Waiting { .. } => {}
+            Mode::Approaching(_) | Mode::Docked { charge: Charge::Expected { .. }, .. } => {
+                outputs.route = self.navigator.route_to_work(sensed.position);
+            }
+            Mode::Working { .. } | Mode::Docked { .. } | Mode::Stranded => return,
+        }
+        self.parts = None;
+        self.mode = Mode::Waiting { ask_at: now.after(ASK_AGAIN) };
     }
 
     /// Takes a part of an assignment; sets off when it is the last.

@@ -99,6 +99,26 @@ fn a_robot_that_is_told_to_wait_asks_again_but_not_at_once() {
 }
 
 #[test]
+fn a_robot_whose_assignment_is_taken_back_waits_again_and_clears_the_dock() {
+    for docked in [false, true] {
+        let (mut rig, request) = if docked {
+            let rig = Rig::docked();
+            let request = rig.robot.request;
+            (rig, request)
+        } else {
+            Rig::waiting()
+        };
+        rig.after(100, &[rig.assignment(request, PILE)]);
+        let back = Message::Unassigned(Unassigned { request, reason: UnassignedReason::AllTaken });
+        let outputs = rig.after(100, &[back]);
+        assert_eq!((rig.robot.activity(), accepted(&outputs)), (Activity::Waiting, None));
+        assert_eq!(outputs.moving, docked, "a robot away from the piles stands and waits");
+        rig.after(100, &[rig.assignment(request, PileId(5))]);
+        assert_eq!(rig.robot.activity(), Activity::Approaching);
+    }
+}
+
+#[test]
 fn a_robot_sets_off_only_with_the_whole_route_and_says_so() {
     let (mut rig, request) = Rig::waiting();
     let Message::Assignment(whole) = rig.assignment(request, PILE) else { unreachable!() };
