@@ -33,19 +33,19 @@ pub fn lints(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
 /// The documentation of the libraries with what only exists on the ARM core.
 pub fn documentation(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
     IMAGES.into_iter().map(|(package, binary)| {
-        let command = "doc --quiet --release --no-deps --lib --package";
-        toolchain.cargo(command).args([package, "--features", binary]).variable("RUSTDOCFLAGS", "-D warnings")
+        toolchain
+            .cargo("doc --quiet --release --no-deps --lib")
+            .args(["--package", package, "--features", binary])
+            .variable("RUSTDOCFLAGS", "-D warnings")
     })
 }
 
 fn cargo(toolchain: &Toolchain, command: &str, package: &str, binary: &str) -> Command {
-    toolchain.cargo(command).words("--release --lib --package").args([
-        package,
-        "--bin",
-        binary,
-        "--features",
-        binary,
-    ])
+    toolchain
+        .cargo(command)
+        // Whatever CARGO_TARGET_DIR says: the tests look for the image there.
+        .words("--target-dir target --release --lib")
+        .args(["--package", package, "--bin", binary, "--features", binary])
 }
 
 /// Where cargo puts an image.
