@@ -241,7 +241,7 @@ impl ChargingPile {
                         self.hear_table(table);
                     }
                 }
-                DeviceId::Robot(_) => {}
+                DeviceId::Robot(_) | DeviceId::Chassis(_) => {}
             },
         }
     }

@@ -57,6 +57,7 @@ impl Header {
             DeviceId::Coordinator => (0, 0),
             DeviceId::Pile(PileId(number)) => (1, number),
             DeviceId::Robot(RobotId(number)) => (2, number),
+            DeviceId::Chassis(RobotId(number)) => (3, number),
         };
         let [n0, n1] = u16::to_le_bytes(number);
         let [b0, b1, b2, b3] = self.boot.0.to_le_bytes();
@@ -71,6 +72,7 @@ impl Header {
             0 => DeviceId::Coordinator,
             1 => DeviceId::Pile(PileId(number)),
             2 => DeviceId::Robot(RobotId(number)),
+            3 => DeviceId::Chassis(RobotId(number)),
             kind => return Err(FrameError::DeviceKind { kind }),
         };
         Ok(Self {

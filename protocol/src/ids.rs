@@ -48,6 +48,8 @@ ids! {
     ReportId(u32);
     /// A robot's request for a charge; a repeat carries the same number.
     RequestId(u32);
+    /// A kind of work a robot does, such as patrolling (Access Table 1's T_i).
+    TaskId(u16);
 }
 
 /// What an RFID reader sees of a robot: a 96-bit EPC.
@@ -105,8 +107,10 @@ pub enum DeviceId {
     Coordinator,
     /// A charging pile.
     Pile(PileId),
-    /// A robot.
+    /// A robot: its computer, which drives the chassis and asks for charges.
     Robot(RobotId),
+    /// The control board in a robot's chassis.
+    Chassis(RobotId),
 }
 
 impl fmt::Display for DeviceId {
@@ -115,6 +119,7 @@ impl fmt::Display for DeviceId {
             Self::Coordinator => f.write_str("the coordinator"),
             Self::Pile(pile) => write!(f, "pile {pile}"),
             Self::Robot(robot) => write!(f, "robot {robot}"),
+            Self::Chassis(robot) => write!(f, "the chassis of robot {robot}"),
         }
     }
 }

@@ -58,6 +58,13 @@
 //! | `ChargeRequest` | 18 |
 //! | `Assignment` | 208 |
 //! | `Unassigned` | 7 |
+//! | `Drive` | 23 |
+//! | `Stop` | 7 |
+//! | `Release` | 6 |
+//! | `Task` | 10 |
+//! | `TaskEnergy` | 17 |
+//! | `Odometry` | 91 |
+//! | `ChassisState` | 53 |
 //!
 //! | part | bytes |
 //! |---|---|

@@ -11,6 +11,9 @@ pub const ROWS_PER_TABLE: usize = 8;
 pub const PASSES_PER_REPORT: usize = 8;
 /// Waypoints in one part of a route.
 pub const WAYPOINTS_PER_PART: usize = 24;
+/// Faults a chassis can have at a time: three at each wheel, a slip, a silent gyroscope and a
+/// silent battery meter.
+pub const CHASSIS_FAULTS: usize = 15;
 
 /// Bytes of a frame's header.
 pub const HEADER: usize = 12;
@@ -29,6 +32,10 @@ pub const FRAME: usize = ENCODED + 2;
 pub const STATE_INTERVAL: DurationMs = DurationMs(1_000);
 /// A device that was silent for this long is unknown.
 pub const SILENCE: DurationMs = DurationMs(10_000);
+/// A chassis reports its motion this often, once a control tick.
+pub const ODOMETRY_INTERVAL: DurationMs = DurationMs(10);
+/// How long a drive command is obeyed if its sender has no reason to choose another time.
+pub const DRIVE_TTL: DurationMs = DurationMs(200);
 /// A command or report without an answer is repeated this often.
 pub const REPEAT_INTERVAL: DurationMs = DurationMs(1_000);
 

@@ -113,7 +113,14 @@ enums! {
         RobotState { 0 },
         ChargeRequest { 0 },
         Assignment { 0 },
-        Unassigned { 0 }
+        Unassigned { 0 },
+        Drive { 0 },
+        Stop { 0 },
+        Release { 0 },
+        Task { 0 },
+        TaskEnergy { 0 },
+        Odometry { 0 },
+        ChassisState { 0 }
     }
     Availability { Free, Reserved, Charging, Done, Fault }
     EndReason { Completed, Expired, Revoked, RobotLeft, Fault }
@@ -125,11 +132,43 @@ enums! {
         Held { by },
         Occupied,
         Faulted,
-        Ended
+        Ended,
+        Chassis { refusal }
     }
     FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen }
     Activity { Working, Waiting, Approaching, Docked, Stranded }
     UnassignedReason { AllTaken, OutOfReach, UnknownRobot }
+    ChassisRefusal {
+        ForwardSpeed,
+        SidewaysSpeed,
+        TurnRate,
+        TimeToLive,
+        Stopped { by },
+        Moving,
+        NotCleared,
+        TooManyTasks
+    }
+    StopReason {
+        Started,
+        Watchdog,
+        Commanded,
+        LinkSilent,
+        LinkCorrupted,
+        Emergency,
+        DriverFault,
+        EncoderStuck,
+        WheelStalled
+    }
+    ChassisMode { Braked, Driving, Stopping }
+    Wheel { RearLeft, FrontLeft, FrontRight, RearRight }
+    ChassisFault {
+        Driver { wheel },
+        EncoderStuck { wheel },
+        Stalled { wheel },
+        Slipping,
+        GyroSilent,
+        BatterySilent
+    }
 }
 
 structs! {
@@ -154,4 +193,16 @@ structs! {
     ChargeRequest { request, position, energy }
     Assignment { request, pile, total, first, waypoints }
     Unassigned { request, reason }
+    Twist { vx, vy, wz }
+    Pose { x, y, yaw }
+    PoseCovariance { xx, xy, xyaw, yy, yyaw, yawyaw }
+    TwistVariance { vx, vy, wz }
+    Drive { command, ttl, twist }
+    Stop { command, emergency }
+    Release { command }
+    Task { command, task }
+    TaskEnergy { task, runs, last, mean }
+    Odometry { stamp, pose, pose_covariance, measured, measured_variance, ramped, commanded }
+    BatteryState { voltage, current, energy }
+    ChassisState { mode, stop, faults, battery, discarded }
 }

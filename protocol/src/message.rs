@@ -10,6 +10,9 @@
 //! | [`TimeRequest`] | pile, robot | coordinator | [`TimeSync`] |
 //! | [`RobotState`] | robot | coordinator | nothing: it is repeated |
 //! | [`ChargeRequest`] | robot | coordinator | [`Assignment`] or [`Unassigned`] |
+//! | [`Drive`], [`Stop`], [`Release`] | robot | chassis | `Ack` or `Nack` |
+//! | [`Task`] | robot | chassis | `Ack` and, if a task ended, [`TaskEnergy`]; or `Nack` |
+//! | [`Odometry`], [`ChassisState`] | chassis | robot | nothing: they are repeated |
 //!
 //! The order of variants and fields is the wire format: see [`version`](crate::version) for what a
 //! new version may change.
@@ -21,10 +24,12 @@ use crate::{
     units::{Millis, SiteMillis},
 };
 
+mod chassis;
 mod lease;
 mod pile;
 mod robot;
 
+pub use chassis::*;
 pub use lease::*;
 pub use pile::*;
 pub use robot::*;
@@ -63,6 +68,20 @@ pub enum Message {
     Assignment(Assignment),
     /// See [`Unassigned`].
     Unassigned(Unassigned),
+    /// See [`Drive`].
+    Drive(Drive),
+    /// See [`Stop`].
+    Stop(Stop),
+    /// See [`Release`].
+    Release(Release),
+    /// See [`Task`].
+    Task(Task),
+    /// See [`TaskEnergy`].
+    TaskEnergy(TaskEnergy),
+    /// See [`Odometry`].
+    Odometry(Odometry),
+    /// See [`ChassisState`].
+    ChassisState(ChassisState),
 }
 
 /// The first message of a device after its start, and its answer. Its layout is frozen, so that
@@ -76,7 +95,7 @@ pub struct Hello {
     pub current: u8,
     /// The sender's software: major, minor, patch.
     pub software: [u8; 3],
-    /// Coordinator: its own epoch. Pile: the highest it has seen. Robot: 0.
+    /// Coordinator: its own epoch. Pile: the highest it has seen. Robot and chassis: 0.
     pub epoch: Epoch,
 }
 
@@ -102,7 +121,7 @@ pub struct TimeSync {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reference {
-    /// A [`Grant`] or [`Revoke`].
+    /// A [`Grant`], [`Revoke`], [`Drive`], [`Stop`], [`Release`] or [`Task`].
     Command(CommandId),
     /// A [`PassReport`] or [`Fault`].
     Report(ReportId),

@@ -86,8 +86,20 @@ quantities! {
     EnergyJ, 0.0..=1.0e9, "an energy in joules";
     /// A share of a whole, 0 to 1; LMPP's q (eq. 1) and every probability.
     Fraction, 0.0..=1.0, "a fraction";
-    /// A coordinate of the site's map in metres.
+    /// A coordinate in metres, of the site's map or from where a chassis started.
     CoordinateM, -1.0e5..=1.0e5, "a coordinate in metres";
+    /// A speed in metres per second; the sign is the direction.
+    SpeedMps, -10.0..=10.0, "a speed in metres per second";
+    /// A turn rate in radians per second, counter-clockwise.
+    TurnRateRadps, -100.0..=100.0, "a turn rate in radians per second";
+    /// An angle in radians, counter-clockwise, from -pi to pi; the range is rounded outwards.
+    AngleRad, -3.2..=3.2, "an angle in radians";
+    /// A variance or covariance, in the product of its two quantities' units.
+    Covariance, -1.0e8..=1.0e8, "a covariance";
+    /// A voltage in volts.
+    VoltageV, 0.0..=100.0, "a voltage in volts";
+    /// A current in amperes; negative flows into the battery.
+    CurrentA, -100.0..=100.0, "a current in amperes";
 }
 
 macro_rules! times {

@@ -136,7 +136,8 @@ impl Coordinator {
     #[must_use]
     pub fn knows(&self, device: DeviceId) -> bool {
         match device {
-            DeviceId::Coordinator => false,
+            // A chassis talks to its robot's computer only.
+            DeviceId::Coordinator | DeviceId::Chassis(_) => false,
             DeviceId::Pile(pile) => self.site.piles.iter().any(|known| known.id == pile),
             DeviceId::Robot(robot) => self.robots.contains_key(&robot),
         }
@@ -159,7 +160,7 @@ impl Coordinator {
         let contact = match sender {
             DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
             DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
-            DeviceId::Coordinator => return,
+            DeviceId::Coordinator | DeviceId::Chassis(_) => return,
         };
         match contact.hear(turn.now, header) {
             Freshness::FirstOfBoot => {
@@ -182,7 +183,7 @@ impl Coordinator {
         match sender {
             DeviceId::Pile(pile) => self.hear_pile(turn, pile, header.boot, message),
             DeviceId::Robot(robot) => self.hear_robot(turn, robot, header.boot, message),
-            DeviceId::Coordinator => {}
+            DeviceId::Coordinator | DeviceId::Chassis(_) => {}
         }
     }
 
@@ -191,7 +192,7 @@ impl Coordinator {
         let contact = match device {
             DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
             DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
-            DeviceId::Coordinator => return,
+            DeviceId::Coordinator | DeviceId::Chassis(_) => return,
         };
         if let Message::Hello(theirs) = message {
             let theirs = version::Range { min: theirs.min, current: theirs.current };

@@ -111,11 +111,23 @@ impl Coordinator {
             (NackReason::Ended, _) => {
                 self.end(turn, pile, &lease, LeaseEnd::Lost, DurationMs(0));
             }
-            (NackReason::Held { .. } | NackReason::Occupied | NackReason::Faulted, Phase::Offered) => {
+            (
+                NackReason::Held { .. }
+                | NackReason::Occupied
+                | NackReason::Faulted
+                | NackReason::Chassis { .. },
+                Phase::Offered,
+            ) => {
                 self.record(turn, Fact::Refused { pile, lease: id, reason });
                 self.observed.queue_is_due = true;
             }
-            (NackReason::Held { .. } | NackReason::Occupied | NackReason::Faulted, _) => {
+            (
+                NackReason::Held { .. }
+                | NackReason::Occupied
+                | NackReason::Faulted
+                | NackReason::Chassis { .. },
+                _,
+            ) => {
                 self.end(turn, pile, &lease, LeaseEnd::Lost, DurationMs(0));
             }
         }

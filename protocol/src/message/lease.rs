@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::chassis::ChassisRefusal;
 use crate::{
     ids::{CommandId, Epoch, LeaseId, RobotId, TagId},
     units::{DurationMs, EnergyJ, SiteMillis},
@@ -82,6 +83,11 @@ pub enum NackReason {
     Faulted,
     /// The lease has already ended here; a new charge needs a new lease.
     Ended,
+    /// A chassis does not do that.
+    Chassis {
+        /// Why.
+        refusal: ChassisRefusal,
+    },
 }
 
 /// A lease that is over.

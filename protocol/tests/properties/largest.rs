@@ -8,6 +8,7 @@ const LEASE: LeaseRef =
     LeaseRef { epoch: Epoch(u32::MAX), lease: LeaseId(u32::MAX), robot: RobotId(u16::MAX) };
 const HEAD: CommandHead = CommandHead { id: CommandId(u32::MAX), valid_until: SiteMillis::MAX };
 const POSITION: Position = Position { x: CoordinateM::MAX, y: CoordinateM::MAX };
+const TWIST: Twist = Twist { vx: SpeedMps::MAX, vy: SpeedMps::MAX, wz: TurnRateRadps::MAX };
 const TAG: TagId = TagId([0xFF; 12]);
 const ROW: PileRow = PileRow {
     pile: PileId(u16::MAX),
@@ -24,7 +25,7 @@ fn full<T: Clone, const N: usize>(item: T) -> Vec<T, N> {
 }
 
 /// Every message with its name and [`MaxSize`].
-pub fn messages() -> [(Message, &'static str, usize); 15] {
+pub fn messages() -> [(Message, &'static str, usize); 22] {
     macro_rules! sized {
         ($($name:ident($value:expr),)*) => {
             [$((Message::$name($value), stringify!($name), $name::MAX_SIZE)),*]
@@ -32,6 +33,8 @@ pub fn messages() -> [(Message, &'static str, usize); 15] {
     }
     let request = RequestId(u32::MAX);
     let report = ReportId(u32::MAX);
+    let command = CommandId(u32::MAX);
+    let task = TaskId(u16::MAX);
     let of = Reference::Report(report);
     sized![
         Hello(Hello { min: 255, current: 255, software: [255; 3], epoch: Epoch(u32::MAX) }),
@@ -69,5 +72,41 @@ pub fn messages() -> [(Message, &'static str, usize); 15] {
             waypoints: full(POSITION),
         }),
         Unassigned(Unassigned { request, reason: UnassignedReason::UnknownRobot }),
+        Drive(Drive { command, ttl: DurationMs::MAX, twist: TWIST }),
+        Stop(Stop { command, emergency: true }),
+        Release(Release { command }),
+        Task(Task { command, task: Some(task) }),
+        TaskEnergy(TaskEnergy { task, runs: u32::MAX, last: EnergyJ::MAX, mean: EnergyJ::MAX }),
+        Odometry(Odometry {
+            stamp: Millis::MAX,
+            pose: Pose { x: CoordinateM::MAX, y: CoordinateM::MAX, yaw: AngleRad::MAX },
+            pose_covariance: PoseCovariance {
+                xx: Covariance::MAX,
+                xy: Covariance::MAX,
+                xyaw: Covariance::MAX,
+                yy: Covariance::MAX,
+                yyaw: Covariance::MAX,
+                yawyaw: Covariance::MAX,
+            },
+            measured: TWIST,
+            measured_variance: TwistVariance {
+                vx: Covariance::MAX,
+                vy: Covariance::MAX,
+                wz: Covariance::MAX,
+            },
+            ramped: TWIST,
+            commanded: TWIST,
+        }),
+        ChassisState(ChassisState {
+            mode: ChassisMode::Stopping,
+            stop: Some(StopReason::WheelStalled),
+            faults: full(ChassisFault::Stalled { wheel: Wheel::RearRight }),
+            battery: Some(BatteryState {
+                voltage: VoltageV::MAX,
+                current: CurrentA::MAX,
+                energy: EnergyJ::MAX,
+            }),
+            discarded: u32::MAX,
+        }),
     ]
 }

@@ -28,6 +28,7 @@ ids! {
     command: CommandId(u32);
     report: ReportId(u32);
     request: RequestId(u32);
+    task: TaskId(u16);
 }
 
 /// Any value in range, both ends included.
@@ -43,6 +44,12 @@ macro_rules! quantities {
 quantities! {
     energy: EnergyJ;
     fraction: Fraction;
+    speed: SpeedMps;
+    turn_rate: TurnRateRadps;
+    angle: AngleRad;
+    covariance: Covariance;
+    voltage: VoltageV;
+    current: CurrentA;
     coordinate: CoordinateM;
 }
 
@@ -135,6 +142,7 @@ fn nack_reason() -> impl Strategy<Value = NackReason> {
                 NackReason::Ended
             ][..]
         ),
+        chassis_refusal().prop_map(|refusal| NackReason::Chassis { refusal }),
     ]
 }
 
@@ -143,8 +151,109 @@ fn activity() -> impl Strategy<Value = Activity> {
     select(&[Working, Waiting, Approaching, Docked, Stranded][..])
 }
 
-/// Every message.
-pub fn message() -> impl Strategy<Value = Message> {
+fn stop_reason() -> impl Strategy<Value = StopReason> {
+    use StopReason::*;
+    select(
+        &[
+            Started,
+            Watchdog,
+            Commanded,
+            LinkSilent,
+            LinkCorrupted,
+            Emergency,
+            DriverFault,
+            EncoderStuck,
+            WheelStalled,
+        ][..],
+    )
+}
+
+fn chassis_refusal() -> impl Strategy<Value = ChassisRefusal> {
+    use ChassisRefusal::*;
+    let bare = [ForwardSpeed, SidewaysSpeed, TurnRate, TimeToLive, Moving, NotCleared, TooManyTasks];
+    prop_oneof![select(bare.to_vec()), stop_reason().prop_map(|by| Stopped { by })]
+}
+
+fn chassis_fault() -> impl Strategy<Value = ChassisFault> {
+    use {ChassisFault::*, Wheel::*};
+    let wheel = || select(&[RearLeft, FrontLeft, FrontRight, RearRight][..]);
+    prop_oneof![
+        wheel().prop_map(|wheel| Driver { wheel }),
+        wheel().prop_map(|wheel| EncoderStuck { wheel }),
+        wheel().prop_map(|wheel| Stalled { wheel }),
+        select(&[Slipping, GyroSilent, BatterySilent][..]),
+    ]
+}
+
+prop_compose! {
+    fn twist()(vx in speed(), vy in speed(), wz in turn_rate()) -> Twist { Twist { vx, vy, wz } }
+}
+
+prop_compose! {
+    fn pose()(x in coordinate(), y in coordinate(), yaw in angle()) -> Pose { Pose { x, y, yaw } }
+}
+
+prop_compose! {
+    fn pose_covariance()(
+        xx in covariance(), xy in covariance(), xyaw in covariance(), yy in covariance(),
+        yyaw in covariance(), yawyaw in covariance(),
+    ) -> PoseCovariance {
+        PoseCovariance { xx, xy, xyaw, yy, yyaw, yawyaw }
+    }
+}
+
+prop_compose! {
+    fn twist_variance()(vx in covariance(), vy in covariance(), wz in covariance()) -> TwistVariance {
+        TwistVariance { vx, vy, wz }
+    }
+}
+
+prop_compose! {
+    fn odometry()(
+        stamp in millis(), pose in pose(), pose_covariance in pose_covariance(), measured in twist(),
+        measured_variance in twist_variance(), ramped in twist(), commanded in twist(),
+    ) -> Odometry {
+        Odometry { stamp, pose, pose_covariance, measured, measured_variance, ramped, commanded }
+    }
+}
+
+prop_compose! {
+    fn battery()(voltage in voltage(), current in current(), energy in energy()) -> BatteryState {
+        BatteryState { voltage, current, energy }
+    }
+}
+
+prop_compose! {
+    fn chassis_state()(
+        mode in select(&[ChassisMode::Braked, ChassisMode::Driving, ChassisMode::Stopping][..]),
+        stop in option::of(stop_reason()), faults in some(chassis_fault()),
+        battery in option::of(battery()), discarded: u32,
+    ) -> ChassisState {
+        ChassisState { mode, stop, faults, battery, discarded }
+    }
+}
+
+/// What a robot's computer and its chassis say to each other.
+fn driving() -> impl Strategy<Value = Message> {
+    prop_oneof![
+        (command(), duration(), twist()).prop_map(|(command, ttl, twist)| Message::Drive(Drive {
+            command,
+            ttl,
+            twist
+        })),
+        (command(), any::<bool>())
+            .prop_map(|(command, emergency)| Message::Stop(Stop { command, emergency })),
+        command().prop_map(|command| Message::Release(Release { command })),
+        (command(), option::of(task())).prop_map(|(command, task)| Message::Task(Task { command, task })),
+        (task(), any::<u32>(), energy(), energy())
+            .prop_map(|(task, runs, last, mean)| Message::TaskEnergy(TaskEnergy { task, runs, last, mean })),
+        odometry().prop_map(Message::Odometry),
+        chassis_state().prop_map(Message::ChassisState),
+    ]
+}
+
+/// What piles, robots and the coordinator say to each other.
+fn site() -> impl Strategy<Value = Message> {
     use {FaultCode::*, UnassignedReason::*};
     prop_oneof![
         (any::<(u8, u8, [u8; 3])>(), epoch()).prop_map(|((min, current, software), epoch)| Message::Hello(
@@ -198,12 +307,18 @@ pub fn message() -> impl Strategy<Value = Message> {
     ]
 }
 
+/// Every message.
+pub fn message() -> impl Strategy<Value = Message> {
+    prop_oneof![2 => site(), 1 => driving()]
+}
+
 /// Everyone.
 pub fn device() -> impl Strategy<Value = DeviceId> {
     prop_oneof![
         Just(DeviceId::Coordinator),
         pile().prop_map(DeviceId::Pile),
-        robot().prop_map(DeviceId::Robot)
+        robot().prop_map(DeviceId::Robot),
+        robot().prop_map(DeviceId::Chassis)
     ]
 }
 

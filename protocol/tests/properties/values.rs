@@ -2,8 +2,8 @@
 
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use protocol::{
-    CoordinateM, DurationMs, EnergyJ, Fraction, FrameError, Hello, Message, Millis, Reference, SiteMillis,
-    TimeRequest, TimeSync,
+    AngleRad, CoordinateM, Covariance, DurationMs, EnergyJ, Fraction, FrameError, Hello, Message, Millis,
+    Reference, SiteMillis, SpeedMps, TimeRequest, TimeSync, TurnRateRadps,
 };
 
 use crate::{
@@ -51,26 +51,36 @@ fn too_late(max: u64) -> Vec<Vec<u8>> {
 
 #[test]
 fn nan_infinities_and_values_out_of_range_are_errors_wherever_a_quantity_stands() {
-    // 24 waypoints, a robot's and a request's position.
+    // 24 waypoints, a robot's and a request's position, the start of a pose.
     let coordinate = no_values(CoordinateM::MIN.get(), CoordinateM::MAX.get());
-    assert_eq!(refuses(&CoordinateM::MAX.get().to_le_bytes(), &coordinate), 2 * 26);
-    // Grant, RobotState, ChargeRequest.
+    assert_eq!(refuses(&CoordinateM::MAX.get().to_le_bytes(), &coordinate), 2 * 27);
+    // Grant, RobotState, ChargeRequest, TaskEnergy twice, ChassisState.
     let energy = no_values(EnergyJ::MIN.get(), EnergyJ::MAX.get());
-    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 3);
+    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 6);
     // PileState and the eight rows of a table.
     let fraction = no_values(Fraction::MIN.get(), Fraction::MAX.get());
     assert_eq!(refuses(&Fraction::MAX.get().to_le_bytes(), &fraction), 9);
+    // Drive, and Odometry's three twists.
+    let speed = no_values(SpeedMps::MIN.get(), SpeedMps::MAX.get());
+    assert_eq!(refuses(&SpeedMps::MAX.get().to_le_bytes(), &speed), 2 * 4);
+    // The same, and the voltage and current of ChassisState.
+    let hundred = no_values(-100.0, 100.0);
+    assert_eq!(refuses(&TurnRateRadps::MAX.get().to_le_bytes(), &hundred), 4 + 2);
+    let angle = no_values(AngleRad::MIN.get(), AngleRad::MAX.get());
+    assert_eq!(refuses(&AngleRad::MAX.get().to_le_bytes(), &angle), 1);
+    let covariance = no_values(Covariance::MIN.get(), Covariance::MAX.get());
+    assert_eq!(refuses(&Covariance::MAX.get().to_le_bytes(), &covariance), 9);
 }
 
 #[test]
 fn times_out_of_range_are_errors_wherever_a_time_stands() {
-    // TimeRequest, TimeSync.
-    assert_eq!(refuses(&varint(Millis::MAX.0), &too_late(Millis::MAX.0)), 2);
+    // TimeRequest, TimeSync, Odometry.
+    assert_eq!(refuses(&varint(Millis::MAX.0), &too_late(Millis::MAX.0)), 3);
     // Nine rows, Grant twice, Revoke, TimeSync.
     assert_eq!(refuses(&varint(SiteMillis::MAX.0), &too_late(SiteMillis::MAX.0)), 13);
-    // Nine rows, PileState twice.
+    // Nine rows, PileState twice, Drive.
     let max = DurationMs::MAX.0.into();
-    assert_eq!(refuses(&varint(max), &too_late(max)), 11);
+    assert_eq!(refuses(&varint(max), &too_late(max)), 12);
 }
 
 #[test]
@@ -82,7 +92,7 @@ fn a_time_beyond_its_range_is_sent_as_the_largest() {
 
 /// The ordinals of one byte that are messages: every message has a value of zeros only.
 fn known_ordinals() -> Vec<u8> {
-    let zeros = |ordinal: u8| [&[ordinal][..], &[0; 64]].concat();
+    let zeros = |ordinal: u8| [&[ordinal][..], &[0; 128]].concat();
     (0..0x80).filter(|&ordinal| postcard::take_from_bytes::<Message>(&zeros(ordinal)).is_ok()).collect()
 }
 
@@ -102,7 +112,7 @@ fn the_messages_tried_here_are_all_there_are() {
 #[test]
 fn an_unknown_ordinal_is_an_error() {
     for ordinal in known_ordinals().len() as u8..0x80 {
-        assert_eq!(read_body(&[&[ordinal][..], &[0; 64]].concat()), [Err(FrameError::Body)]);
+        assert_eq!(read_body(&[&[ordinal][..], &[0; 128]].concat()), [Err(FrameError::Body)]);
     }
     // An enum within a message: an acknowledgement of neither a command nor a report.
     let acknowledged = Message::Ack(protocol::Ack { of: Reference::Report(protocol::ReportId(5)) });
@@ -116,6 +126,7 @@ fn a_list_longer_than_its_limit_is_an_error() {
         ("PileTable", &[2][..], protocol::limits::ROWS_PER_TABLE),
         ("PassReport", &[5, 0][..], protocol::limits::PASSES_PER_REPORT),
         ("Assignment", &[13, 0, 0, 0, 0][..], protocol::limits::WAYPOINTS_PER_PART),
+        ("ChassisState", &[21, 0, 0][..], protocol::limits::CHASSIS_FAULTS),
     ] {
         let list = |length: usize, zeros: usize| [ordinal, &[length as u8], &vec![0; zeros]].concat();
         let zeros = (0..).find(|&zeros| read_body(&list(limit, zeros))[0].is_ok());

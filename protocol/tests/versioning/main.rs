@@ -9,8 +9,8 @@ mod v01;
 use core::fmt::Debug;
 
 use protocol::{
-    Activity, Availability, Deframer, EndReason, FaultCode, Frame, Message, NackReason, Reference,
-    UnassignedReason,
+    Activity, Availability, ChassisFault, ChassisMode, ChassisRefusal, Deframer, EndReason, FaultCode, Frame,
+    Message, NackReason, Reference, StopReason, UnassignedReason, Wheel,
 };
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -51,7 +51,8 @@ macro_rules! check_enum {
 fn every_message_keeps_its_bytes() {
     check_enum!(Message {
         Hello, PileState, PileTable, Grant, Revoke, PassReport, TimeRequest, TimeSync, Ack, Nack, Fault,
-        RobotState, ChargeRequest, Assignment, Unassigned
+        RobotState, ChargeRequest, Assignment, Unassigned, Drive, Stop, Release, Task, TaskEnergy, Odometry,
+        ChassisState
     } in v01::messages());
 }
 
@@ -61,11 +62,23 @@ fn every_enum_keeps_its_ordinals() {
     check_enum!(EndReason { Completed, Expired, Revoked, RobotLeft, Fault } in v01::END_REASONS);
     check_enum!(Reference { Command, Report } in v01::REFERENCES);
     check_enum!(NackReason {
-        StaleEpoch, TooLate, ClockUnknown, Held, Occupied, Faulted, Ended
+        StaleEpoch, TooLate, ClockUnknown, Held, Occupied, Faulted, Ended, Chassis
     } in v01::NACK_REASONS);
     check_enum!(FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen } in v01::FAULT_CODES);
     check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded } in v01::ACTIVITIES);
     check_enum!(UnassignedReason { AllTaken, OutOfReach, UnknownRobot } in v01::UNASSIGNED_REASONS);
+    check_enum!(ChassisRefusal {
+        ForwardSpeed, SidewaysSpeed, TurnRate, TimeToLive, Stopped, Moving, NotCleared, TooManyTasks
+    } in v01::CHASSIS_REFUSALS);
+    check_enum!(StopReason {
+        Started, Watchdog, Commanded, LinkSilent, LinkCorrupted, Emergency, DriverFault, EncoderStuck,
+        WheelStalled
+    } in v01::STOP_REASONS);
+    check_enum!(ChassisMode { Braked, Driving, Stopping } in v01::CHASSIS_MODES);
+    check_enum!(Wheel { RearLeft, FrontLeft, FrontRight, RearRight } in v01::WHEELS);
+    check_enum!(ChassisFault {
+        Driver, EncoderStuck, Stalled, Slipping, GyroSilent, BatterySilent
+    } in v01::CHASSIS_FAULTS);
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub const END_REASONS: [(EndReason, &str); 5] = [
 pub const REFERENCES: [(Reference, &str); 2] =
     [(Reference::Command(CommandId(5)), "00|05"), (Reference::Report(ReportId(6)), "01|06")];
 
-pub const NACK_REASONS: [(NackReason, &str); 7] = [
+pub const NACK_REASONS: [(NackReason, &str); 8] = [
     (NackReason::StaleEpoch { highest: Epoch(300) }, "00|AC02"),
     (NackReason::TooLate, "01"),
     (NackReason::ClockUnknown, "02"),
@@ -34,6 +34,7 @@ pub const NACK_REASONS: [(NackReason, &str); 7] = [
     (NackReason::Occupied, "04"),
     (NackReason::Faulted, "05"),
     (NackReason::Ended, "06"),
+    (NackReason::Chassis { refusal: ChassisRefusal::TurnRate }, "07|02"),
 ];
 
 pub const FAULT_CODES: [(FaultCode, &str); 3] = [
@@ -54,6 +55,44 @@ pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 3] = [
     (UnassignedReason::AllTaken, "00"),
     (UnassignedReason::OutOfReach, "01"),
     (UnassignedReason::UnknownRobot, "02"),
+];
+
+pub const CHASSIS_REFUSALS: [(ChassisRefusal, &str); 8] = [
+    (ChassisRefusal::ForwardSpeed, "00"),
+    (ChassisRefusal::SidewaysSpeed, "01"),
+    (ChassisRefusal::TurnRate, "02"),
+    (ChassisRefusal::TimeToLive, "03"),
+    (ChassisRefusal::Stopped { by: StopReason::Emergency }, "04|05"),
+    (ChassisRefusal::Moving, "05"),
+    (ChassisRefusal::NotCleared, "06"),
+    (ChassisRefusal::TooManyTasks, "07"),
+];
+
+pub const STOP_REASONS: [(StopReason, &str); 9] = [
+    (StopReason::Started, "00"),
+    (StopReason::Watchdog, "01"),
+    (StopReason::Commanded, "02"),
+    (StopReason::LinkSilent, "03"),
+    (StopReason::LinkCorrupted, "04"),
+    (StopReason::Emergency, "05"),
+    (StopReason::DriverFault, "06"),
+    (StopReason::EncoderStuck, "07"),
+    (StopReason::WheelStalled, "08"),
+];
+
+pub const CHASSIS_MODES: [(ChassisMode, &str); 3] =
+    [(ChassisMode::Braked, "00"), (ChassisMode::Driving, "01"), (ChassisMode::Stopping, "02")];
+
+pub const WHEELS: [(Wheel, &str); 4] =
+    [(Wheel::RearLeft, "00"), (Wheel::FrontLeft, "01"), (Wheel::FrontRight, "02"), (Wheel::RearRight, "03")];
+
+pub const CHASSIS_FAULTS: [(ChassisFault, &str); 6] = [
+    (ChassisFault::Driver { wheel: Wheel::FrontLeft }, "00|01"),
+    (ChassisFault::EncoderStuck { wheel: Wheel::FrontRight }, "01|02"),
+    (ChassisFault::Stalled { wheel: Wheel::RearRight }, "02|03"),
+    (ChassisFault::Slipping, "03"),
+    (ChassisFault::GyroSilent, "04"),
+    (ChassisFault::BatterySilent, "05"),
 ];
 
 /// `02 09 03`
@@ -88,7 +127,114 @@ fn energy() -> EnergyJ {
     EnergyJ::new(1_000.0).unwrap()
 }
 
-pub fn messages() -> [(Message, &'static str); 18] {
+/// `0000003F | 000080BE | 0000803F`
+fn twist() -> Twist {
+    Twist {
+        vx: SpeedMps::new(0.5).unwrap(),
+        vy: SpeedMps::new(-0.25).unwrap(),
+        wz: TurnRateRadps::new(1.0).unwrap(),
+    }
+}
+
+/// What a robot's computer says to its chassis.
+fn driving() -> [(Message, &'static str); 6] {
+    let command = CommandId(300);
+    [
+        // command | time to live | vx, vy, wz
+        (
+            Message::Drive(Drive { command, ttl: DurationMs(200), twist: twist() }),
+            "0F | AC02 | C801 | 0000003F 000080BE 0000803F",
+        ),
+        // command | emergency
+        (Message::Stop(Stop { command, emergency: true }), "10 | AC02 | 01"),
+        // command
+        (Message::Release(Release { command }), "11 | AC02"),
+        // command | task
+        (Message::Task(Task { command, task: Some(TaskId(7)) }), "12 | AC02 | 01 07"),
+        (Message::Task(Task { command, task: None }), "12 | AC02 | 00"),
+        // of command 5 | reason
+        (
+            Message::Nack(Nack {
+                of: Reference::Command(CommandId(5)),
+                reason: NackReason::Chassis { refusal: ChassisRefusal::ForwardSpeed },
+            }),
+            "09 | 00 05 | 07 00",
+        ),
+    ]
+}
+
+/// What a chassis says.
+fn chassis() -> [(Message, &'static str); 4] {
+    let covariance = |value| Covariance::new(value).unwrap();
+    let mut faults = Vec::new();
+    faults.extend([ChassisFault::Stalled { wheel: Wheel::FrontRight }, ChassisFault::Slipping]);
+    [
+        // task | runs | last | mean
+        (
+            Message::TaskEnergy(TaskEnergy { task: TaskId(7), runs: 300, last: energy(), mean: energy() }),
+            "13 | 07 | AC02 | 00007A44 | 00007A44",
+        ),
+        // stamp | x, y, yaw | six covariances | measured | three variances | ramped | commanded
+        (
+            Message::Odometry(Odometry {
+                stamp: Millis(1_000),
+                pose: Pose { x: position().x, y: position().y, yaw: AngleRad::new(1.5).unwrap() },
+                pose_covariance: PoseCovariance {
+                    xx: covariance(1.0),
+                    xy: covariance(-1.0),
+                    xyaw: covariance(2.0),
+                    yy: covariance(-2.0),
+                    yyaw: covariance(4.0),
+                    yawyaw: covariance(0.5),
+                },
+                measured: twist(),
+                measured_variance: TwistVariance {
+                    vx: covariance(1.0),
+                    vy: covariance(2.0),
+                    wz: covariance(4.0),
+                },
+                ramped: Twist::default(),
+                commanded: twist(),
+            }),
+            "14 | E807 | 00004841 000010C0 0000C03F \
+             | 0000803F 000080BF 00000040 000000C0 00008040 0000003F | 0000003F 000080BE 0000803F \
+             | 0000803F 00000040 00008040 | 00000000 00000000 00000000 | 0000003F 000080BE 0000803F",
+        ),
+        // mode | stop | faults | battery: voltage, current, energy | discarded
+        (
+            Message::ChassisState(ChassisState {
+                mode: ChassisMode::Braked,
+                stop: Some(StopReason::WheelStalled),
+                faults,
+                battery: Some(BatteryState {
+                    voltage: VoltageV::new(12.5).unwrap(),
+                    current: CurrentA::new(-2.25).unwrap(),
+                    energy: energy(),
+                }),
+                discarded: 300,
+            }),
+            "15 | 00 | 01 08 | 02 0202 03 | 01 00004841 000010C0 00007A44 | AC02",
+        ),
+        (
+            Message::ChassisState(ChassisState {
+                mode: ChassisMode::Driving,
+                stop: None,
+                faults: Vec::new(),
+                battery: None,
+                discarded: 0,
+            }),
+            "15 | 01 | 00 | 00 | 00 | 00",
+        ),
+    ]
+}
+
+/// All of them.
+pub fn messages() -> std::vec::Vec<(Message, &'static str)> {
+    [&site()[..], &driving(), &chassis()].concat()
+}
+
+/// What piles, robots and the coordinator say to each other.
+fn site() -> [(Message, &'static str); 18] {
     let hello = Hello { min: 1, current: 2, software: [0, 1, 2], epoch: Epoch(300) };
     let state = PileState {
         row: row(),
@@ -201,7 +347,7 @@ pub fn messages() -> [(Message, &'static str); 18] {
 }
 
 /// Whole frames: every kind of sender says hello.
-pub fn frames() -> [(Frame, &'static str); 3] {
+pub fn frames() -> [(Frame, &'static str); 4] {
     let frame = |sender, boot, sequence| Frame {
         header: Header { version: 1, sender, boot, sequence },
         message: Message::Hello(Hello { min: 1, current: 1, software: [0, 1, 2], epoch: Epoch(300) }),
@@ -221,6 +367,11 @@ pub fn frames() -> [(Frame, &'static str); 3] {
         (
             frame(DeviceId::Robot(RobotId(0x1234)), BootEpoch(0x1234_5678), Sequence(0x9ABC_DEF0)),
             "00 | 0D 01 02 34 12 78 56 34 12 F0 DE BC 9A 03 01 01 09 01 02 AC 02 6B 2F 6B 2B | 00",
+        ),
+        // Before COBS: 01 | 03 | 0700 | 03000000 | 01000000 | 00 01 01 000102 AC02 | CRC-32 482D08A0.
+        (
+            frame(DeviceId::Chassis(RobotId(7)), BootEpoch(3), Sequence(1)),
+            "00 | 04 01 03 07 02 03 01 01 02 01 01 01 01 03 01 01 09 01 02 AC 02 48 2D 08 A0 | 00",
         ),
     ]
 }
