@@ -131,3 +131,90 @@ fn log(event: &Event) {
         _ => {}
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use protocol::{
+        BootEpoch, ChargeRequest, EnergyJ, Frame, Header, PileId, RequestId, RobotId, Sequence, TagId,
+    };
+
+    use super::*;
+    use crate::{
+        config::{Policy, RobotConfig},
+        site::Site,
+    };
+
+    const ROBOT: RobotId = RobotId(1);
+
+    fn asks(request: u32) -> Input {
+        let site = Site::fig7().unwrap();
+        let position = site.position(site.piles[0].cell);
+        let energy = EnergyJ::new(5_000.0).unwrap();
+        let header = Header::new(DeviceId::Robot(ROBOT), BootEpoch(1), Sequence(request));
+        let asked = ChargeRequest { request: RequestId(request), position, energy };
+        Input::Frame(Frame { header, message: Message::ChargeRequest(asked) })
+    }
+
+    fn engine(file: &std::path::Path) -> Engine {
+        let (store, events) = Store::open(file).unwrap();
+        let full = EnergyJ::new(10_000.0).unwrap();
+        let robot = RobotConfig { id: ROBOT, tag: TagId([1; 12]), full, energy_per_metre_j: 10.0 };
+        let site = Arc::new(Site::fig7().unwrap());
+        let coordinator = Coordinator::recover(site, Policy::default(), &[robot], &events);
+        Engine::new(coordinator, store, Warnings::default(), Arc::default())
+    }
+
+    #[test]
+    fn nothing_happens_that_is_not_recorded_and_nothing_recorded_is_lost_on_a_full_disk() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("events.sqlite");
+        let mut engine = engine(&file);
+        let mut ignored = |_, _| {};
+        engine.take(SiteMillis(1), Input::Started, &mut ignored);
+        engine.commit(&mut ignored).unwrap();
+        engine.store.limit_pages(1);
+
+        let mut sent = Vec::new();
+        let mut now = 1;
+        let error = loop {
+            now += 1;
+            engine.take(SiteMillis(now), asks(now as u32), &mut |to, _| sent.push(to));
+            let before = sent.len();
+            match engine.commit(&mut |to, _| sent.push(to)) {
+                Ok(()) => assert!(sent.len() > before, "a recorded request is answered"),
+                Err(error) => {
+                    assert_eq!(sent.len(), before, "an unrecorded request must not be answered");
+                    break error;
+                }
+            }
+        };
+        assert!(matches!(error, StoreError::Full { .. }), "{error}");
+        let told = engine.view(SiteMillis(now)).degraded.unwrap();
+        assert!(told.contains("events.sqlite") && told.contains("free space"), "{told}");
+        assert!(engine.commit(&mut |to, _| sent.push(to)).is_err(), "the disk is still full");
+
+        engine.store.limit_pages(1_000_000);
+        let before = sent.len();
+        engine.commit(&mut |to, _| sent.push(to)).unwrap();
+        assert!(sent.len() > before, "the withheld answer goes out");
+        assert_eq!(engine.view(SiteMillis(now)).degraded, None);
+        let state = engine.coordinator().state().clone();
+        assert_eq!(state.totals.requests, now - 1);
+        drop(engine);
+        assert_eq!(*super::tests::engine(&file).coordinator().state(), state);
+    }
+
+    #[test]
+    fn an_answer_that_depends_on_no_record_does_not_wait_for_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut engine = engine(&folder.path().join("events.sqlite"));
+        let mut sent = Vec::new();
+        engine.take(SiteMillis(1), Input::Started, &mut |_, _| {});
+        engine.commit(&mut |_, _| {}).unwrap();
+        let header = Header::new(DeviceId::Pile(PileId(1)), BootEpoch(1), Sequence(0));
+        let asked = protocol::TimeRequest { asked_at: protocol::Millis(7) };
+        let frame = Frame { header, message: Message::TimeRequest(asked) };
+        engine.take(SiteMillis(2), Input::Frame(frame), &mut |_, message| sent.push(message));
+        assert!(sent.iter().any(|message| matches!(message, Message::TimeSync(_))), "{sent:?}");
+    }
+}

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod box_site;
+mod steps;
 
 use box_site::{BoxSite, Trouble};
 
