@@ -251,9 +251,10 @@ impl Coordinator {
         self.observed.queue_is_due = true;
     }
 
-    /// Gives a command anew, but no more often than it would be repeated.
+    /// Gives a command anew, but no more often than it would be repeated, and only to a pile that
+    /// is there to hear it.
     fn renew(&mut self, turn: &mut Turn, pile: PileId, command: impl FnOnce(&mut Self, &mut Turn)) {
-        if self.may_command(pile, turn.now) && !self.observed.pile_is_silent(pile, turn.now) {
+        if self.may_command(pile, turn.now) && self.observed.report(pile, turn.now).is_some() {
             command(self, turn);
         }
     }

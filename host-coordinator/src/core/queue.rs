@@ -172,8 +172,9 @@ impl Coordinator {
     pub(super) fn instruct_robots(&mut self, turn: &mut Turn) {
         let open: Vec<_> = self.state.requests.iter().map(|(robot, request)| (*robot, *request)).collect();
         for (robot, request) in open {
-            let report = self.observed.robots.get(&robot).and_then(|seen| seen.report);
-            let accepted = report.is_some_and(|report| report.accepted == Some(request.id));
+            // A robot that was not heard since our start cannot hear us either.
+            let Some(seen) = self.observed.robots.get(&robot) else { continue };
+            let accepted = seen.report.is_some_and(|report| report.accepted == Some(request.id));
             let goal = match request.place {
                 Place::Waiting => None,
                 Place::Next(pile) => Some(pile),

@@ -543,8 +543,7 @@ fn a_restart_keeps_leases_and_extends_them_under_the_new_epoch() {
     let before = *desk.state().lease(P).unwrap();
     let mut desk = Desk::with_log(desk.events);
     let after = desk.state().lease(P).unwrap();
-    assert_eq!((after.name.lease, after.phase), (before.name.lease, before.phase));
-    assert_eq!(after.name.robot, before.name.robot);
+    assert_eq!((after.name, after.phase), (before.name, before.phase));
     desk.pile_says(P, Availability::Reserved, Some(lease));
     desk.robot_is(ROBOT, Activity::Approaching, Some(1));
     let (_, extended, is_grant) = desk.last_command(P).unwrap();

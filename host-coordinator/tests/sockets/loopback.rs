@@ -38,13 +38,13 @@ fn config(folder: &Path) -> Config {
     }
 }
 
-async fn start(folder: &Path) -> (Daemon, SiteClock) {
+pub async fn start(folder: &Path) -> (Daemon, SiteClock) {
     let clock = SiteClock::simulated(SiteMillis(1_000_000), SPEED);
     let site = Arc::new(Site::fig7().unwrap());
     (Daemon::start(site, &config(folder), clock).await.unwrap(), clock)
 }
 
-async fn until(daemon: &Daemon, what: &str, found: impl Fn(&View) -> bool) {
+pub async fn until(daemon: &Daemon, what: &str, found: impl Fn(&View) -> bool) {
     let mut views = daemon.view();
     let reached = async {
         while !found(&views.borrow_and_update()) {
@@ -133,4 +133,70 @@ async fn gossip_crosses_from_tcp_to_udp_and_back() {
     timeout(Duration::from_secs(10), exchange).await.unwrap();
     assert_eq!((tcp_heard[0].clone(), udp_heard[0].clone()), (gossip(2), gossip(1)));
     daemon.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_pile_that_has_to_be_called_is_called_until_it_answers_and_again_when_it_hangs_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let mut config = config(folder.path());
+    config.connect = vec![(PileId(4), listener.local_addr().unwrap())];
+    let site = Arc::new(Site::fig7().unwrap());
+    let clock = SiteClock::simulated(SiteMillis(1_000_000), SPEED);
+    let daemon = Daemon::start(site, &config, clock).await.unwrap();
+    let mut writer = FrameWriter::new(DeviceId::Pile(PileId(4)), BootEpoch(1));
+    for _ in 0..2 {
+        let (mut stream, _) = timeout(Duration::from_secs(10), listener.accept()).await.unwrap().unwrap();
+        let asked = Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(5) });
+        let bytes = writer.write(asked).unwrap();
+        // Whatever portions a stream comes in.
+        let (first, rest) = bytes.split_at(7);
+        stream.write_all(first).await.unwrap();
+        sleep(Duration::from_millis(30)).await;
+        stream.write_all(rest).await.unwrap();
+        let mut heard = Vec::new();
+        let mut deframer = Deframer::new();
+        let mut buffer = [0; 512];
+        while !heard.iter().any(|message| matches!(message, Message::TimeSync(_))) {
+            let read = timeout(Duration::from_secs(10), stream.read(&mut buffer)).await.unwrap().unwrap();
+            assert!(read > 0, "hung up after {heard:?}");
+            deframer.feed(&buffer[..read], |frame| heard.push(frame.unwrap().message));
+        }
+    }
+    daemon.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_peer_that_does_not_read_holds_nobody_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, clock) = start(folder.path()).await;
+    // A pile by TCP asks for the time without end, and reads nothing.
+    let mut stuck = TcpStream::connect(daemon.addresses().tcp).await.unwrap();
+    let flood = tokio::spawn(async move {
+        let mut writer = FrameWriter::new(DeviceId::Pile(PileId(9)), BootEpoch(1));
+        let asked = Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(5) });
+        while stuck.write_all(&writer.write(asked.clone()).unwrap()).await.is_ok() {}
+    });
+    until(&daemon, "stuck", |view| {
+        view.warnings.iter().any(|warning| warning.contains("pile 9 does not read"))
+    })
+    .await;
+    let world = World::start(daemon.addresses().udp, clock, &[2], &[3]);
+    until(&daemon, "charged", |view| view.totals.charges_completed > 0).await;
+    flood.abort();
+    world.stop();
+    daemon.shutdown().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_second_coordinator_on_the_same_log_is_refused_and_the_first_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, clock) = start(folder.path()).await;
+    let site = Arc::new(Site::fig7().unwrap());
+    let error = Daemon::start(site, &config(folder.path()), clock).await.unwrap_err().to_string();
+    assert!(error.contains("events.sqlite") && error.contains("in use"), "{error}");
+    daemon.shutdown().await;
+    let (again, _) = start(folder.path()).await;
+    assert_eq!(again.view().borrow().epoch, 2);
+    again.shutdown().await;
 }

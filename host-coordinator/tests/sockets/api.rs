@@ -1,0 +1,169 @@
+//! What the API tells, by HTTP and by WebSocket.
+
+use std::time::Duration;
+
+use serde_json::Value;
+use tokio::{
+    io::{AsyncReadExt, AsyncWriteExt},
+    net::TcpStream,
+    time::timeout,
+};
+
+use crate::{
+    loopback::{start, until},
+    udp_world::World,
+};
+
+async fn get(daemon: std::net::SocketAddr, path: &str) -> (String, String) {
+    let mut stream = TcpStream::connect(daemon).await.unwrap();
+    let request = format!("GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).await.unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).await.unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    (head.lines().next().unwrap().to_owned(), body.to_owned())
+}
+
+/// Every key of the state as the API promises it, for a dashboard written by others.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_state_has_the_promised_form() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, clock) = start(folder.path()).await;
+    let world = World::start(daemon.addresses().udp, clock, &[2], &[3]);
+    until(&daemon, "decided", |view| !view.decisions.is_empty() && view.robots[0].pile.is_some()).await;
+    let (status, body) = get(http(&daemon), "/api/v1/state").await;
+    assert_eq!(status, "HTTP/1.1 200 OK");
+    let state: Value = serde_json::from_str(&body).unwrap();
+    let keys = |value: &Value| -> Vec<String> {
+        let mut keys: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
+        keys.sort();
+        keys
+    };
+    assert_eq!(
+        keys(&state),
+        ["decisions", "degraded", "epoch", "now_ms", "piles", "robots", "site", "totals", "warnings"]
+    );
+    let site = &state["site"];
+    assert_eq!(
+        keys(site),
+        ["doors", "frame", "height", "name", "resolution_m", "subareas", "walls", "width"]
+    );
+    assert_eq!(keys(&site["doors"][0]), ["at", "congestion", "id", "joins", "open"]);
+    assert_eq!(keys(&site["subareas"][0]), ["at", "name"]);
+    assert_eq!(keys(&site["frame"]), ["origin", "y_up"]);
+    let blocked: u64 = site["walls"].as_array().unwrap().iter().map(|run| run[2].as_u64().unwrap()).sum();
+    assert!(blocked > 1_000 && blocked < 5_000, "{blocked} of 10000 cells are walls");
+    // Pile 2 of Table 1 is at (44, 100), y up from 1.
+    let pile = &state["piles"][1];
+    assert_eq!(pile["id"], 2);
+    assert_eq!(
+        keys(pile),
+        [
+            "at",
+            "availability",
+            "elapsed_s",
+            "energised",
+            "faults",
+            "holder",
+            "id",
+            "lease",
+            "next",
+            "planned_s",
+            "remaining"
+        ]
+    );
+    assert_eq!(keys(&pile["lease"]), ["epoch", "expiry_ms", "id", "phase", "robot"]);
+    assert_eq!(keys(&state["robots"][0]), ["activity", "at", "battery", "energy_j", "id", "pile", "route"]);
+    let decision = &state["decisions"][0];
+    assert_eq!(
+        keys(decision),
+        ["at_ms", "chosen", "explanations", "id", "reach", "request", "robot", "stage"]
+    );
+    assert_eq!(
+        keys(&decision["explanations"][0]),
+        ["distance", "pile", "probability", "reason", "score", "stage", "verdict"]
+    );
+    assert_eq!(
+        keys(&state["totals"]),
+        ["charges_completed", "mean_wait_s", "requests", "stranded", "waiting", "worst_wait_s"]
+    );
+    let (status, page) = get(http(&daemon), "/").await;
+    assert!(status.ends_with("200 OK") && page.contains("<html"), "{status}");
+    assert!(get(http(&daemon), "/nothing").await.0.contains("404"));
+    world.stop();
+    daemon.shutdown().await;
+}
+
+/// Just enough of RFC 6455 to read a server's text messages.
+struct WebSocket(TcpStream);
+
+impl WebSocket {
+    async fn open(daemon: std::net::SocketAddr) -> Self {
+        let mut stream = TcpStream::connect(daemon).await.unwrap();
+        let request = "GET /api/v1/changes HTTP/1.1\r\nHost: x\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+                       Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n";
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut head = Vec::new();
+        while !head.ends_with(b"\r\n\r\n") {
+            head.push(stream.read_u8().await.unwrap());
+        }
+        assert!(head.starts_with(b"HTTP/1.1 101"), "{}", String::from_utf8_lossy(&head));
+        Self(stream)
+    }
+
+    async fn next(&mut self) -> Value {
+        assert_eq!(self.0.read_u8().await.unwrap(), 0x81, "a whole text message");
+        let length = match self.0.read_u8().await.unwrap() {
+            126 => self.0.read_u16().await.unwrap().into(),
+            127 => self.0.read_u64().await.unwrap(),
+            short => short.into(),
+        };
+        let mut text = vec![0; length as usize];
+        self.0.read_exact(&mut text).await.unwrap();
+        serde_json::from_slice(&text).unwrap()
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_reader_of_changes_knows_the_state_without_asking_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, clock) = start(folder.path()).await;
+    let mut socket = WebSocket::open(http(&daemon)).await;
+    let mut state = socket.next().await;
+    assert_eq!((&state["type"], state["piles"].as_array().unwrap().len()), (&"state".into(), 13));
+    let world = World::start(daemon.addresses().udp, clock, &[2], &[3]);
+    let follow = async {
+        let mut changes = 0;
+        while state["totals"]["charges_completed"].as_u64() == Some(0) {
+            let change = socket.next().await;
+            assert_eq!(change["type"], "change");
+            for table in ["piles", "robots"] {
+                for row in change[table].as_array().unwrap() {
+                    let rows = state[table].as_array_mut().unwrap();
+                    *rows.iter_mut().find(|old| old["id"] == row["id"]).unwrap() = row.clone();
+                }
+            }
+            let silent = change["piles"].as_array().unwrap().iter().all(|row| row["id"] == 2);
+            assert!(changes < 2 || silent, "only rows that changed are told");
+            for decision in change["decisions"].as_array().unwrap().iter().rev() {
+                state["decisions"].as_array_mut().unwrap().insert(0, decision.clone());
+            }
+            state["totals"] = change["totals"].clone();
+            changes += 1;
+        }
+    };
+    timeout(Duration::from_secs(20), follow).await.unwrap();
+    let ids: Vec<_> = state["decisions"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|decision| decision["id"].as_u64().unwrap())
+        .collect();
+    assert!(!ids.is_empty() && ids.iter().rev().copied().eq(0..ids.len() as u64), "{ids:?}");
+    world.stop();
+    daemon.shutdown().await;
+}
+
+fn http(daemon: &host_coordinator::daemon::Daemon) -> std::net::SocketAddr {
+    daemon.addresses().http
+}
