@@ -6,7 +6,7 @@
 //! come out. It reads no clock, waits for nothing and allocates nothing, so the same code runs on
 //! the microcontroller, in its emulation, in the simulated site and in the tests.
 //!
-//! *A tag is read* walks through five rooms: [`reader`] finds the tag in the reader's bytes,
+//! *A tag is read* walks through five rooms: [`firmware_common::reader`] finds the tag in the reader's bytes,
 //! [`pile`] takes it as an input, [`lease`] says whom the pile is granted to, [`safety`] whether
 //! the contacts may be live, and the contactor's command goes out.
 //!
@@ -28,18 +28,18 @@
 //! | [`parameters`] | what differs from pile to pile |
 //! | [`lease`] | who may use the pile, and which commands are obeyed |
 //! | [`charge`] | how long a charge takes and how much of it is left (LMPP eqs. 1, 2) |
-//! | [`presence`] | which tags stand at the contacts |
 //! | [`safety`] | the one place that says whether the contacts may be live |
 //! | [`faults`] | what can break, and how it is noticed |
-//! | [`passes`] | how often robots pass, by period of the day (LMPP eqs. 4, 8) |
 //! | [`table`] | what all piles said of themselves (LMPP Figs. 1 to 3) |
 //! | [`gossip`] | which part of that is told to the other piles when |
 //! | [`voice`] | what a pile says of itself to the coordinator, and when |
 //! | [`reports`] | reports that are repeated until acknowledged |
 //! | [`clock`] | the site's time |
-//! | [`reader`] | the RFID readers |
-//! | `tasks` | the asynchronous glue between the core and a board's drivers, only built for ARM |
+//! | `tasks` | the task that runs the core, generic over a board's drivers; only built for ARM |
 //! | `board` | the boards it runs on, only built for them |
+//!
+//! Reader, tags in its field, pass counts, link and supervisor are those of every board:
+//! [`firmware_common`].
 #![cfg_attr(not(test), no_std)]
 
 #[cfg(all(target_arch = "arm", target_os = "none"))]
@@ -50,10 +50,7 @@ pub mod faults;
 pub mod gossip;
 pub mod lease;
 pub mod parameters;
-pub mod passes;
 pub mod pile;
-pub mod presence;
-pub mod reader;
 pub mod reports;
 pub mod safety;
 pub mod table;
@@ -62,4 +59,6 @@ pub mod tasks;
 pub mod voice;
 
 pub use parameters::Parameters;
-pub use pile::{ChargingPile, Contactor, Input, Outgoing, Outputs, TagRead, To};
+pub use pile::{ChargingPile, Contactor, Input, Outgoing, Outputs, To};
+
+pub use firmware_common::reader::TagRead;

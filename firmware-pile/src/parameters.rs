@@ -1,8 +1,7 @@
 //! What differs from pile to pile.
 
+use firmware_common::{passes::PassRule, presence::RssiBand};
 use protocol::{BootEpoch, DurationMs, Epoch, PileId};
-
-use crate::{passes::PassRule, presence::RssiBand};
 
 /// What a pile is told at its start.
 #[derive(Clone, Copy, Debug)]

@@ -3,6 +3,11 @@
 //! A step has four parts: time passes, the input is taken in, the lease is settled and the
 //! contactor commanded, and messages that are due go out. A step's work and memory are bounded.
 
+use firmware_common::{
+    passes::{PassCounter, period_of},
+    presence::Presence,
+    reader::{Seen, TagRead},
+};
 use heapless::Vec;
 use protocol::{
     Ack, Availability, DeviceId, DurationMs, EndReason, Epoch, Frame, Message, Millis, Nack, PileRow,
@@ -16,8 +21,6 @@ use crate::{
     gossip::Gossip,
     lease::{Answer, Leases, Place},
     parameters::Parameters,
-    passes::{PassCounter, period_of},
-    presence::Presence,
     reports::Reports,
     safety,
     table::PileTable,
@@ -28,15 +31,6 @@ use crate::{
 pub const MESSAGES_PER_STEP: usize = 8;
 /// Tags that can stand at the contacts at a time.
 const MAX_DOCKED: usize = 4;
-
-/// A tag the reader has read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TagRead {
-    /// Which.
-    pub tag: TagId,
-    /// How strong its signal was.
-    pub rssi_dbm: i8,
-}
 
 /// What can happen to a pile.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +49,15 @@ pub enum Input<'a> {
         /// Which of the two.
         closed: bool,
     },
+}
+
+impl From<Seen> for Input<'_> {
+    fn from(seen: Seen) -> Self {
+        match seen {
+            Seen::Nothing => Self::ReaderIdle,
+            Seen::Tag(read) => Self::Tag(read),
+        }
+    }
 }
 
 /// The contactor's command.

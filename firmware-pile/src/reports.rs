@@ -1,8 +1,9 @@
 //! Reports that are repeated until acknowledged: faults and passes, one at a time and in order.
 
+use firmware_common::passes::PassCounter;
 use protocol::{DurationMs, Fault, FaultCode, Message, Millis, PassCount, PassReport, ReportId, limits};
 
-use crate::{faults::Faults, passes::PassCounter};
+use crate::faults::Faults;
 
 /// How long passes are collected before they are reported.
 pub const PASS_INTERVAL: DurationMs = DurationMs(2_000);

@@ -1,8 +1,9 @@
 //! The one place that says whether the contacts may be live.
 
+use firmware_common::presence::Presence;
 use protocol::Millis;
 
-use crate::{clock::SiteClock, faults::Faults, lease::Lease, presence::Presence};
+use crate::{clock::SiteClock, faults::Faults, lease::Lease};
 
 /// Whether the contacts may be live now. They may if, and only if, all of this holds:
 ///
@@ -34,16 +35,14 @@ pub fn may_energise<const N: usize>(
 
 #[cfg(test)]
 mod tests {
+    use firmware_common::presence::RssiBand;
     use protocol::{
         CommandHead, CommandId, DurationMs, EnergyJ, Epoch, Grant, LeaseId, LeaseRef, RobotId, SiteMillis,
         TagId, TimeSync,
     };
 
     use super::*;
-    use crate::{
-        lease::{Leases, Place},
-        presence::RssiBand,
-    };
+    use crate::lease::{Leases, Place};
 
     const NOW: Millis = Millis(1_000);
     const TAG: TagId = TagId([7; 12]);

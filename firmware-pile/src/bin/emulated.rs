@@ -8,11 +8,14 @@
 compile_error!("this image runs on an ARM core: build it with `cargo xtask firmware`");
 
 use cortex_m_rt::entry;
-use firmware_pile::board::emulated::{
-    Board, LoggedContactor, Uart, UartReceiver, UartSender, VolatileMemory, boot_epoch, execute,
+use firmware_common::emulated::{
+    EmulatedWatchdog, Machine, Uart, UartReceiver, UartSender, boot_epoch, execute,
 };
-use firmware_pile::reader::r200::R200;
-use firmware_pile::tasks::{self, Inbox, Outbox};
+use firmware_common::reader::r200::R200;
+use firmware_common::supervisor::{Place, Roll};
+use firmware_common::tasks::{self as common, Inbox, Outbox};
+use firmware_pile::board::emulated::{LoggedContactor, VolatileMemory};
+use firmware_pile::tasks;
 use firmware_pile::{ChargingPile, Parameters};
 use protocol::{DeviceId, FrameWriter, PileId};
 
@@ -28,41 +31,50 @@ const PILE: PileId = PileId(match option_env!("CHARGEHAND_PILE_ID") {
 const POWER_W: f32 = 500.0;
 
 static INBOX: Inbox = Inbox::new();
-static OUTBOX: Outbox = Outbox::new();
+static OUTBOX: Outbox<{ tasks::OUTBOX }> = Outbox::new();
+static ROLL: Roll<4> = Roll::new();
 
 #[entry]
 fn main() -> ! {
-    let Some(Board { link, reader, contactor, memory }) = Board::take() else {
-        defmt::panic!("the board has been taken before");
+    let Some(Machine { link, reader, watchdog, .. }) = Machine::take() else {
+        defmt::panic!("the machine has been taken before");
     };
     let (receiver, sender) = link.split();
     let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
+    let [listening, speaking, watching, running] = ROLL.places();
     defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
     execute(|spawner| {
-        spawner.spawn(defmt::unwrap!(listen(receiver)));
-        spawner.spawn(defmt::unwrap!(speak(sender)));
-        spawner.spawn(defmt::unwrap!(watch(reader)));
-        spawner.spawn(defmt::unwrap!(run(parameters, contactor, memory)));
+        spawner.spawn(defmt::unwrap!(supervise(watchdog)));
+        spawner.spawn(defmt::unwrap!(listen(receiver, listening)));
+        spawner.spawn(defmt::unwrap!(speak(sender, parameters, speaking)));
+        spawner.spawn(defmt::unwrap!(watch(reader, watching)));
+        spawner.spawn(defmt::unwrap!(run(parameters, running)));
     })
 }
 
 #[embassy_executor::task]
-async fn listen(link: UartReceiver) {
-    tasks::listen(link, &INBOX).await
+async fn supervise(watchdog: EmulatedWatchdog) {
+    common::supervise(watchdog, &ROLL, ["listen", "speak", "watch", "run"]).await
 }
 
 #[embassy_executor::task]
-async fn speak(link: UartSender) {
-    tasks::speak(link, &OUTBOX).await
+async fn listen(link: UartReceiver, place: Place) {
+    common::listen(link, &INBOX, place).await
 }
 
 #[embassy_executor::task]
-async fn watch(reader: Uart) {
-    tasks::watch(R200::new(reader), &INBOX).await
-}
-
-#[embassy_executor::task]
-async fn run(parameters: Parameters, contactor: LoggedContactor, memory: VolatileMemory) {
+async fn speak(link: UartSender, parameters: Parameters, place: Place) {
     let writer = FrameWriter::new(DeviceId::Pile(parameters.pile), parameters.boot);
-    tasks::run(ChargingPile::new(parameters), writer, contactor, memory, &INBOX, &OUTBOX).await
+    common::speak(link, writer, &OUTBOX, place).await
+}
+
+#[embassy_executor::task]
+async fn watch(reader: Uart, place: Place) {
+    common::watch(R200::new(reader), &INBOX, place).await
+}
+
+#[embassy_executor::task]
+async fn run(parameters: Parameters, place: Place) {
+    let pile = ChargingPile::new(parameters);
+    tasks::run(pile, LoggedContactor::new(), VolatileMemory, &INBOX, &OUTBOX, place).await
 }

@@ -1,6 +1,7 @@
 //! Robots that pass a pile (LMPP eq. 4).
 
-use firmware_pile::{ChargingPile, Parameters, passes::PassRule};
+use firmware_common::passes::PassRule;
+use firmware_pile::{ChargingPile, Parameters};
 use protocol::*;
 
 use crate::bench::{Bench, tag};

@@ -1,25 +1,26 @@
-//! How often robots pass the pile, by robot and period of the day (LMPP eqs. 4, 5 and 8).
+//! How often robots pass piles, by tag and period of the day (LMPP eqs. 4, 5 and 8).
 //!
-//! The paper puts the reader on the robot and the tag on the pile; here it is the other way round,
-//! because the pile needs a reader anyway to know whom it charges. The counts are the same.
+//! The paper puts the reader on the robot and the tag on the pile. A pile needs a reader anyway, to
+//! know whom it charges, and so counts the robots that pass it; a robot with a reader counts the
+//! piles it passes. The counts are the same.
 //!
 //! The paper counts a sample every tau, so that a robot parked in the field counts as thousands of
 //! passes ([`PassRule::PerSample`]). By default an approach counts once, however long it lasts
 //! ([`PassRule::PerApproach`]).
 //!
-//! Memory is bounded. When [`MAX_COUNTS`] pairs of robot and period wait for their report, a pass
-//! of a robot that has a count is added to that count though the period is another, and a pass of
-//! any other robot goes to [`PassCounter::unattributed`]: nothing is overwritten, nothing vanishes
-//! silently. More than [`MAX_NEAR`] robots at a time may be counted more than once an approach.
+//! Memory is bounded. When [`MAX_COUNTS`] pairs of tag and period wait for their report, a pass
+//! of a tag that has a count is added to that count though the period is another, and a pass of
+//! any other tag goes to [`PassCounter::unattributed`]: nothing is overwritten, nothing vanishes
+//! silently. More than [`MAX_NEAR`] tags at a time may be counted more than once an approach.
 
 use heapless::Vec;
 use protocol::{DurationMs, Millis, PassCount, SiteMillis, TagId, limits};
 
 use crate::presence::{Presence, RssiBand};
 
-/// Robots whose approaches are told apart at a time.
+/// Tags whose approaches are told apart at a time.
 pub const MAX_NEAR: usize = 16;
-/// Pairs of robot and period that can wait for their report.
+/// Pairs of tag and period that can wait for their report.
 pub const MAX_COUNTS: usize = 64;
 
 /// What a pass is.
@@ -91,7 +92,7 @@ impl PassCounter {
         report
     }
 
-    /// Passes that were counted for no robot because the table was full.
+    /// Passes that were counted for no tag because the table was full.
     #[must_use]
     pub const fn unattributed(&self) -> u32 {
         self.unattributed

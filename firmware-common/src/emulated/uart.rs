@@ -25,6 +25,7 @@ pub(super) struct Shared {
 
 pub(super) static LINK: Shared = Shared::new();
 pub(super) static READER: Shared = Shared::new();
+pub(super) static BENCH: Shared = Shared::new();
 
 impl Shared {
     const fn new() -> Self {
@@ -59,6 +60,11 @@ fn USART1() {
 #[interrupt]
 fn USART2() {
     READER.on_interrupt(pac::USART2);
+}
+
+#[interrupt]
+fn USART6() {
+    BENCH.on_interrupt(pac::USART6);
 }
 
 /// A USART.

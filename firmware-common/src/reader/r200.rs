@@ -15,8 +15,7 @@ use embedded_io_async::{Read, Write};
 use heapless::Vec;
 use protocol::TagId;
 
-use super::Seen;
-use crate::pile::TagRead;
+use super::{Seen, TagRead};
 
 /// Asks for one inventory of the field.
 pub const SINGLE_POLL: [u8; 7] = [START, 0x00, POLL, 0x00, 0x00, 0x22, END];

@@ -1,6 +1,6 @@
-//! Which tags stand at the contacts.
+//! Which tags stand in front of a reader.
 //!
-//! A UHF reader sees tags metres away. A tag stands at the contacts from its first read at
+//! A UHF reader sees tags metres away. A tag stands there from its first read at
 //! [`RssiBand::enter_dbm`] or above until it was not read at [`RssiBand::leave_dbm`] or above for
 //! a while, so that a robot driving by in the aisle is not taken for one that docks and one lost
 //! read is not taken for a departure.

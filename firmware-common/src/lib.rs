@@ -1,0 +1,21 @@
+//! What the boards of piles and robots share. Both have a link that carries frames, an RFID reader
+//! that counts passes, and a watchdog that is fed only while every task lives.
+//!
+//! | module | one idea |
+//! |---|---|
+//! | [`reader`] | the RFID readers: bytes in, tags out |
+//! | [`presence`] | which tags stand in front of a reader |
+//! | [`passes`] | how often robots pass piles, by period of the day (LMPP eqs. 4, 8) |
+//! | [`supervisor`] | the watchdog is fed only if every task has checked in |
+//! | `tasks` | link and reader as tasks, generic over a board's drivers, only built for ARM |
+//! | `emulated` | the machine that QEMU emulates: UARTs, clock, executors; only built for it |
+#![cfg_attr(not(test), no_std)]
+
+#[cfg(all(target_arch = "arm", target_os = "none", feature = "emulated"))]
+pub mod emulated;
+pub mod passes;
+pub mod presence;
+pub mod reader;
+pub mod supervisor;
+#[cfg(all(target_arch = "arm", target_os = "none"))]
+pub mod tasks;

@@ -1,0 +1,159 @@
+//! Link, reader and supervisor as tasks, generic over a board's drivers.
+//!
+//! ```text
+//!  link UART ──▶ listen ──▶ inbox ──▶ (the board's core) ──▶ outbox ──▶ speak ──▶ link UART
+//!  reader UART ◀▶ watch ──▶
+//! ```
+//! What does not fit the inbox waits in the UARTs' rings. Each task checks in with the supervisor,
+//! also while there is nothing to do.
+
+use core::pin::pin;
+
+use defmt::{Debug2Format, Display2Format, debug, error, warn};
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Ticker, Timer, with_timeout};
+use embedded_io_async::{Read, Write};
+use protocol::{Deframer, Frame, FrameWriter, Message};
+
+use crate::reader::Seen;
+use crate::reader::r200::R200;
+use crate::supervisor::{self, Place, Roll};
+
+/// How often the reader is asked what is in its field.
+const POLL_INTERVAL: Duration = Duration::from_millis(200);
+
+/// A reader answers within this time or not at all.
+const POLL_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// After an error of a UART, so that one that lasts does not keep the others from running.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// A task that waits checks in this often: twice between two roll calls.
+const CHECK_IN_INTERVAL: Duration = Duration::from_millis(supervisor::PERIOD.0 as u64 / 2);
+
+/// What the other tasks tell the core.
+#[expect(clippy::large_enum_variant, reason = "there is no heap to box it on")]
+pub enum News {
+    /// A frame arrived on the link.
+    Frame(Frame),
+    /// Something arrived on the link that is no frame.
+    Damaged,
+    /// The reader answered.
+    Seen(Seen),
+}
+
+/// What waits for the core.
+pub type Inbox = Channel<CriticalSectionRawMutex, News, 4>;
+
+/// Messages that wait for the link.
+pub type Outbox<const CAPACITY: usize> = Channel<CriticalSectionRawMutex, Message, CAPACITY>;
+
+/// Resets the board unless it is fed.
+pub trait Watchdog {
+    /// Starts its time anew; it then has at least three of [`supervisor::PERIOD`].
+    fn feed(&mut self);
+}
+
+/// Waits for `work`, and checks in for as long as that takes.
+pub async fn waiting<T>(place: Place, work: impl Future<Output = T>) -> T {
+    let mut work = pin!(work);
+    loop {
+        place.check_in();
+        if let Either::First(done) = select(work.as_mut(), Timer::after(CHECK_IN_INTERVAL)).await {
+            return done;
+        }
+    }
+}
+
+/// Turns what arrives on the link into news for the core.
+pub async fn listen(mut link: impl Read, inbox: &Inbox, place: Place) -> ! {
+    let mut deframer = Deframer::new();
+    let mut buffer = [0; 64];
+    loop {
+        let length = match waiting(place, link.read(&mut buffer)).await {
+            Ok(length) => length,
+            Err(error) => {
+                warn!("link: {}", Debug2Format(&error));
+                Timer::after(PAUSE).await;
+                continue;
+            }
+        };
+        for &byte in buffer.iter().take(length) {
+            let news = match deframer.push(byte) {
+                None => continue,
+                Some(Ok(frame)) => News::Frame(frame),
+                Some(Err(error)) => {
+                    warn!("link: {}", Display2Format(&error));
+                    News::Damaged
+                }
+            };
+            inbox.send(news).await;
+        }
+    }
+}
+
+/// Sends the core's messages on the link.
+pub async fn speak<const CAPACITY: usize>(
+    mut link: impl Write,
+    mut writer: FrameWriter,
+    outbox: &Outbox<CAPACITY>,
+    place: Place,
+) -> ! {
+    loop {
+        let message = waiting(place, outbox.receive()).await;
+        match writer.write(message) {
+            Ok(frame) => {
+                if let Err(error) = link.write_all(&frame).await {
+                    warn!("link: {}", Debug2Format(&error));
+                }
+            }
+            Err(error) => warn!("link: {}", Display2Format(&error)),
+        }
+    }
+}
+
+/// Asks the reader again and again what is in its field. Its silence is the core's to notice.
+pub async fn watch<Port: Read + Write>(mut reader: R200<Port>, inbox: &Inbox, place: Place) -> ! {
+    let mut ticker = Ticker::every(POLL_INTERVAL);
+    loop {
+        waiting(place, ticker.next()).await;
+        let mut found = heapless::Vec::<Seen, 8>::new();
+        let poll = reader.poll(|reply| match reply {
+            // More tags than these in one field are seen at the next poll.
+            Ok(seen) => drop(found.push(seen)),
+            Err(error) => warn!("reader: {}", Display2Format(&error)),
+        });
+        match waiting(place, with_timeout(POLL_TIMEOUT, poll)).await {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => warn!("reader: {}", Debug2Format(&error)),
+            Err(_) => debug!("reader: no answer"),
+        }
+        for seen in found {
+            inbox.send(News::Seen(seen)).await;
+        }
+    }
+}
+
+/// Feeds the watchdog while nobody is missing from the roll. `names` are for the log.
+pub async fn supervise<const TASKS: usize>(
+    mut watchdog: impl Watchdog,
+    roll: &Roll<TASKS>,
+    names: [&'static str; TASKS],
+) -> ! {
+    let mut ticker = Ticker::every(Duration::from_millis(supervisor::PERIOD.0.into()));
+    loop {
+        ticker.next().await;
+        match roll.call() {
+            Ok(()) => watchdog.feed(),
+            Err(missing) => {
+                for (index, name) in names.iter().enumerate() {
+                    if missing.0 & (1 << index) != 0 {
+                        error!("watchdog: {} did not check in", *name);
+                    }
+                }
+            }
+        }
+    }
+}
