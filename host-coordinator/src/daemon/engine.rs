@@ -155,7 +155,7 @@ mod tests {
         Input::Frame(Frame { header, message: Message::ChargeRequest(asked) })
     }
 
-    fn engine(file: &std::path::Path) -> Engine {
+    fn recovered(file: &std::path::Path) -> Engine {
         let (store, events) = Store::open(file).unwrap();
         let full = EnergyJ::new(10_000.0).unwrap();
         let robot = RobotConfig { id: ROBOT, tag: TagId([1; 12]), full, energy_per_metre_j: 10.0 };
@@ -168,7 +168,7 @@ mod tests {
     fn nothing_happens_that_is_not_recorded_and_nothing_recorded_is_lost_on_a_full_disk() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("events.sqlite");
-        let mut engine = engine(&file);
+        let mut engine = recovered(&file);
         let mut ignored = |_, _| {};
         engine.take(SiteMillis(1), Input::Started, &mut ignored);
         engine.commit(&mut ignored).unwrap();
@@ -201,13 +201,13 @@ mod tests {
         let state = engine.coordinator().state().clone();
         assert_eq!(state.totals.requests, now - 1);
         drop(engine);
-        assert_eq!(*super::tests::engine(&file).coordinator().state(), state);
+        assert_eq!(*recovered(&file).coordinator().state(), state);
     }
 
     #[test]
     fn an_answer_that_depends_on_no_record_does_not_wait_for_one() {
         let folder = tempfile::tempdir().unwrap();
-        let mut engine = engine(&folder.path().join("events.sqlite"));
+        let mut engine = recovered(&folder.path().join("events.sqlite"));
         let mut sent = Vec::new();
         engine.take(SiteMillis(1), Input::Started, &mut |_, _| {});
         engine.commit(&mut |_, _| {}).unwrap();
