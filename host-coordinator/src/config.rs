@@ -38,8 +38,8 @@ pub struct Config {
 /// Where the coordinator can be reached. By default on this computer only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Listen {
-    /// The dashboard and its API.
-    pub http: SocketAddr,
+    /// The dashboard and its API; `None` serves none.
+    pub http: Option<SocketAddr>,
     /// Piles and robots by UDP.
     pub udp: SocketAddr,
     /// Piles and robots by TCP.
@@ -49,7 +49,7 @@ pub struct Listen {
 impl Default for Listen {
     fn default() -> Self {
         let local = |port| SocketAddr::from((Ipv4Addr::LOCALHOST, port));
-        Self { http: local(8480), udp: local(8481), tcp: local(8481) }
+        Self { http: Some(local(8480)), udp: local(8481), tcp: local(8481) }
     }
 }
 
@@ -131,7 +131,7 @@ fn listen(mut section: Section<'_>) -> Listen {
     let default = Listen::default();
     let address = || parsed("an address and port such as \"127.0.0.1:8480\"");
     Listen {
-        http: section.optional("http", &address()).unwrap_or(default.http),
+        http: section.optional("http", &address()).or(default.http),
         udp: section.optional("udp", &address()).unwrap_or(default.udp),
         tcp: section.optional("tcp", &address()).unwrap_or(default.tcp),
     }

@@ -11,6 +11,7 @@ mod plan;
 mod point;
 mod run;
 mod select;
+mod stop;
 mod table;
 
 use std::{

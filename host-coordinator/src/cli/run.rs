@@ -9,7 +9,7 @@ use host_coordinator::{
 };
 use tokio::runtime::Runtime;
 
-use super::{Outcome, out};
+use super::{Outcome, out, stop::stop_signal};
 
 /// Run the coordinator of a site until Ctrl-C or SIGTERM
 #[derive(clap::Args)]
@@ -31,35 +31,13 @@ impl Run {
         Runtime::new()?.block_on(async {
             let stop = stop_signal()?;
             let daemon = Daemon::start(site, &config, SiteClock::real()).await?;
-            out(&format!("dashboard: http://{}", daemon.addresses().http))?;
+            if let Some(dashboard) = daemon.addresses().http {
+                out(&format!("dashboard: http://{dashboard}"))?;
+            }
             stop.await;
             tracing::info!("stopping");
             daemon.shutdown().await;
             Ok(())
         })
     }
-}
-
-/// Ends when the operator or the system wants the program to end.
-#[cfg(unix)]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
-    Ok(async move {
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-        }
-    })
-}
-
-/// Ends when the operator wants the program to end.
-#[cfg(not(unix))]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
-    Ok(async {
-        // Without a way to be told, it runs until it is killed.
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
-        }
-    })
 }

@@ -1,15 +1,39 @@
 //! The site's one clock.
 
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::{
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
+};
 
 use protocol::{DurationMs, SiteMillis};
 
 /// Tells the site's time, which in a simulated site may pass faster than time does.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct SiteClock {
-    origin: Instant,
-    site_origin: SiteMillis,
+    source: Source,
     speed: f64,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    /// Runs by itself.
+    Steady { origin: Instant, site_origin: SiteMillis },
+    /// Is moved by a [`ClockHand`].
+    Moved(Arc<AtomicU64>),
+}
+
+/// Moves a clock that does not run by itself.
+#[derive(Debug)]
+pub struct ClockHand(Arc<AtomicU64>);
+
+impl ClockHand {
+    /// Moves the clock forward to `now`; it never goes back.
+    pub fn set(&self, now: SiteMillis) {
+        self.0.fetch_max(now.0, Ordering::Relaxed);
+    }
 }
 
 impl SiteClock {
@@ -26,15 +50,29 @@ impl SiteClock {
     /// more than 0.
     #[must_use]
     pub fn simulated(start: SiteMillis, speed: f64) -> Self {
-        Self { origin: Instant::now(), site_origin: start, speed }
+        Self { source: Source::Steady { origin: Instant::now(), site_origin: start }, speed }
+    }
+
+    /// A time that stands at `start` until the hand moves it, which should be about `speed` times
+    /// as fast as time passes; `speed` is more than 0. A simulation that cannot keep up lets its
+    /// time stand still, where a clock that runs by itself would make everyone late.
+    #[must_use]
+    pub fn moved_by_hand(start: SiteMillis, speed: f64) -> (Self, ClockHand) {
+        let now = Arc::new(AtomicU64::new(start.0));
+        (Self { source: Source::Moved(Arc::clone(&now)), speed }, ClockHand(now))
     }
 
     /// The site's time.
     #[must_use]
     pub fn now(&self) -> SiteMillis {
-        let passed = self.origin.elapsed().as_secs_f64() * 1000.0 * self.speed;
-        // `as` saturates.
-        SiteMillis(self.site_origin.0.saturating_add(passed as u64))
+        match &self.source {
+            Source::Steady { origin, site_origin } => {
+                let passed = origin.elapsed().as_secs_f64() * 1000.0 * self.speed;
+                // `as` saturates.
+                SiteMillis(site_origin.0.saturating_add(passed as u64))
+            }
+            Source::Moved(now) => SiteMillis(now.load(Ordering::Relaxed)),
+        }
     }
 
     /// How long a time of the site really takes.
@@ -54,6 +92,16 @@ mod tests {
         let clock = SiteClock::simulated(SiteMillis(5_000), 20.0);
         assert!(clock.now() >= SiteMillis(5_000));
         assert_eq!(clock.really(DurationMs(1_000)), Duration::from_millis(50));
+    }
+
+    #[test]
+    fn a_moved_clock_stands_still_between_moves_and_never_goes_back() {
+        let (clock, hand) = SiteClock::moved_by_hand(SiteMillis(5_000), 200.0);
+        assert_eq!(clock.now(), SiteMillis(5_000));
+        hand.set(SiteMillis(6_000));
+        hand.set(SiteMillis(5_500));
+        assert_eq!(clock.clone().now(), SiteMillis(6_000));
+        assert_eq!(clock.really(DurationMs(1_000)), Duration::from_millis(5));
     }
 
     #[test]

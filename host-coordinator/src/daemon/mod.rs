@@ -16,7 +16,7 @@
 //! let config = Config::load(Path::new("site.toml"))?;
 //! let site = Arc::new(Site::load(&config.site)?);
 //! let daemon = Daemon::start(site, &config, SiteClock::real()).await?;
-//! println!("http://{}", daemon.addresses().http);
+//! println!("{:?}", daemon.addresses());
 //! println!("{} robots wait", daemon.view().borrow().totals.waiting);
 //! daemon.shutdown().await;
 //! # Ok(())
@@ -45,7 +45,7 @@ use tokio::{
     time,
 };
 
-pub use clock::SiteClock;
+pub use clock::{ClockHand, SiteClock};
 pub use planning_times::PlanningTimes;
 
 use self::{engine::Engine, warnings::Warnings};
@@ -82,8 +82,8 @@ pub struct Daemon {
 /// Where a coordinator can be reached, with the ports that the system chose for port 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Addresses {
-    /// The dashboard and its API.
-    pub http: SocketAddr,
+    /// The dashboard and its API, if they are served.
+    pub http: Option<SocketAddr>,
     /// Piles and robots by UDP.
     pub udp: SocketAddr,
     /// Piles and robots by TCP.
@@ -141,8 +141,10 @@ impl Daemon {
             links::start(sockets, known, &config.connect, boot, inputs.clone(), warnings);
 
         let (publish, view) = watch::channel(Arc::new(engine.view(clock.now())));
-        tasks.spawn(api::serve(http, view.clone()));
-        tasks.spawn(tell_time(clock, inputs));
+        if let Some(http) = http {
+            tasks.spawn(api::serve(http, view.clone()));
+        }
+        tasks.spawn(tell_time(clock.clone(), inputs));
         let (ended, engine_end) = oneshot::channel();
         let shell = Shell { engine, links, clock, inbox, publish, published: Instant::now() };
         thread::Builder::new()
@@ -155,10 +157,13 @@ impl Daemon {
             .map_err(DaemonError::Thread)?;
         let Addresses { http, udp, tcp } = addresses;
         tracing::info!(
-            "site {}: dashboard http://{http}, piles and robots udp://{udp} and tcp://{tcp}, event log {}",
+            "site {}: piles and robots udp://{udp} and tcp://{tcp}, event log {}",
             site.name,
             config.event_log.display()
         );
+        if let Some(http) = http {
+            tracing::info!("dashboard http://{http}");
+        }
         Ok(Self { addresses, view, planning, tasks, engine: engine_end })
     }
 
@@ -188,14 +193,17 @@ impl Daemon {
     }
 }
 
-async fn bind(config: &Config) -> Result<(Sockets, TcpListener, Addresses), DaemonError> {
+async fn bind(config: &Config) -> Result<(Sockets, Option<TcpListener>, Addresses), DaemonError> {
     let listen = config.listen;
     let taken = |what, address| move |cause| DaemonError::Listen { what, address, cause };
     let udp = UdpSocket::bind(listen.udp).await.map_err(taken("UDP", listen.udp))?;
     let tcp = TcpListener::bind(listen.tcp).await.map_err(taken("TCP", listen.tcp))?;
-    let http = TcpListener::bind(listen.http).await.map_err(taken("the dashboard", listen.http))?;
+    let mut http = None;
+    if let Some(address) = listen.http {
+        http = Some(TcpListener::bind(address).await.map_err(taken("the dashboard", address))?);
+    }
     let addresses = Addresses {
-        http: http.local_addr().map_err(taken("the dashboard", listen.http))?,
+        http: http.as_ref().and_then(|http| http.local_addr().ok()),
         udp: udp.local_addr().map_err(taken("UDP", listen.udp))?,
         tcp: tcp.local_addr().map_err(taken("TCP", listen.tcp))?,
     };

@@ -31,7 +31,7 @@ fn config(folder: &Path) -> Config {
     Config {
         site: folder.to_owned(),
         event_log: folder.join("events.sqlite"),
-        listen: Listen { http: any, udp: any, tcp: any },
+        listen: Listen { http: Some(any), udp: any, tcp: any },
         policy: Policy::default(),
         robots: vec![robot_config(3)],
         connect: Vec::new(),
@@ -41,7 +41,7 @@ fn config(folder: &Path) -> Config {
 pub async fn start(folder: &Path) -> (Daemon, SiteClock) {
     let clock = SiteClock::simulated(SiteMillis(1_000_000), SPEED);
     let site = Arc::new(Site::fig7().unwrap());
-    (Daemon::start(site, &config(folder), clock).await.unwrap(), clock)
+    (Daemon::start(site, &config(folder), clock.clone()).await.unwrap(), clock)
 }
 
 pub async fn until(daemon: &Daemon, what: &str, found: impl Fn(&View) -> bool) {

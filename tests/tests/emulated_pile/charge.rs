@@ -51,7 +51,7 @@ impl Charging {
         let mut config = Config {
             site: PathBuf::new(),
             event_log: folder.path().join("events.sqlite"),
-            listen: Listen { http: anywhere, udp: anywhere, tcp: anywhere },
+            listen: Listen { http: Some(anywhere), udp: anywhere, tcp: anywhere },
             policy: Policy::default(),
             robots: vec![RobotConfig { id: ROBOT_ID, tag: ROBOT, full, energy_per_metre_j: 10.0 }],
             connect: Vec::new(),
