@@ -6,6 +6,7 @@
 //! [`main`] prints it on standard error and turns it into the exit code.
 
 mod check;
+mod demo;
 mod map;
 mod plan;
 mod point;
@@ -36,6 +37,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Demo(demo::Demo),
     Run(run::Run),
     Check(check::Check),
     Map(map::Map),
@@ -46,6 +48,7 @@ enum Command {
 impl Command {
     fn run(self) -> Outcome {
         match self {
+            Self::Demo(command) => command.run(),
             Self::Run(command) => command.run(),
             Self::Check(command) => command.run(),
             Self::Map(command) => command.run(),
