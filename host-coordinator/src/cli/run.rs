@@ -1,6 +1,10 @@
 //! `chargehand run`: the coordinator of a real site.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    io::{self, IsTerminal as _},
+    path::PathBuf,
+    sync::Arc,
+};
 
 use host_coordinator::{
     config::Config,
@@ -24,7 +28,8 @@ impl Run {
         let config = Config::load(&self.config)?;
         let site = Arc::new(Site::load(&config.site)?);
         tracing_subscriber::fmt()
-            .with_writer(std::io::stderr)
+            .with_writer(io::stderr)
+            .with_ansi(io::stderr().is_terminal())
             .with_max_level(tracing::Level::INFO)
             .with_target(false)
             .init();
