@@ -165,5 +165,5 @@ async fn a_reader_of_changes_knows_the_state_without_asking_again() {
 }
 
 fn http(daemon: &host_coordinator::daemon::Daemon) -> std::net::SocketAddr {
-    daemon.addresses().http
+    daemon.addresses().http.unwrap()
 }
