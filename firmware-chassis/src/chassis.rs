@@ -1,0 +1,438 @@
+//! The chassis' core: a control tick, and which input concerns which room.
+//!
+//! A tick has five parts: sensors are taken in, the odometer moves on, faults and time decide
+//! whether the robot may drive, set-points and duties follow, and messages that are due go out. A
+//! step's work and memory are bounded.
+
+use heapless::Vec;
+use protocol::{
+    Ack, BootEpoch, ChassisRefusal, ChassisState, CommandId, DeviceId, Drive, Frame, FrameError, Message,
+    Millis, Nack, NackReason, Odometry, Reference, StopReason, Task, TaskEnergy,
+};
+
+use crate::{
+    TICK, TICK_S,
+    battery::{Battery, Tasks},
+    commands::{Answer, Commands},
+    control::{WheelControl, WheelState},
+    gyro::Gyro,
+    kinematics::{Kinematics, Velocity, WheelSpeeds, slip_speed},
+    limits,
+    monitor::{Monitor, WheelSample},
+    motion::Motion,
+    odometry::{Odometer, Pose, Rolled},
+    parameters::{ParameterError, Parameters, Start},
+    ramp::Ramp,
+    report,
+    voice::Voice,
+    wheel::WheelObserver,
+};
+
+/// The most messages a step sends: Hello, an answer, a task's energy, the state, odometry.
+pub const MESSAGES_PER_STEP: usize = 5;
+/// Slower than this a wheel stands, in m/s.
+const REST_MPS: f32 = 0.02;
+/// The most ticks a late one is taken for; further ones are lost to the odometer.
+const MOST_PERIODS: u32 = 100;
+
+/// What the sensors say at a tick. Numbers may be anything; nonsense is ignored.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sensors {
+    /// The low 16 bits of the encoders' counters, wheels A to D, counting up as the wheel rolls
+    /// forward.
+    pub encoders: [u16; 4],
+    /// Which motor drivers report a fault.
+    pub driver_faults: [bool; 4],
+    /// The gyroscope's rate about z, counter-clockwise, in rad/s, if it answered.
+    pub gyro_radps: Option<f32>,
+    /// The battery, if it was measured.
+    pub battery: Option<BatterySample>,
+}
+
+/// A measurement of the battery.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BatterySample {
+    /// At its terminals, in V.
+    pub voltage_v: f32,
+    /// Out of it, in A.
+    pub current_a: f32,
+}
+
+/// What can happen to a chassis.
+#[derive(Clone, Copy, Debug)]
+pub enum Input<'a> {
+    /// A control tick, every [`TICK`] by a hardware timer. The robot's motion is controlled here
+    /// and nowhere else; other inputs wait for it.
+    Tick(Sensors),
+    /// A frame arrived.
+    Frame(&'a Frame),
+    /// Something arrived that is no frame.
+    Discarded(FrameError),
+}
+
+/// What the motors do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motors {
+    /// Windings shorted: they brake, and hold the robot.
+    Brake,
+    /// A signed share of the supply voltage for each, from -1 to 1; positive rolls forward.
+    Drive([f32; 4]),
+}
+
+/// The messages of a step, all for the robot's computer.
+pub type Messages = Vec<Message, MESSAGES_PER_STEP>;
+
+/// What a step asks of the shell: the motors first, then the messages.
+#[derive(Clone, Debug)]
+pub struct Outputs {
+    /// What the motors do from now on. An emergency stop comes out of the step that took its frame.
+    pub motors: Motors,
+    /// What to send, in order.
+    pub messages: Messages,
+}
+
+/// A Mecanum chassis.
+#[derive(Clone, Debug)]
+pub struct Chassis {
+    parameters: Parameters,
+    kinematics: Kinematics,
+    now: Millis,
+    ticked_at: Option<Millis>,
+    motors: Motors,
+    motion: Motion,
+    commands: Commands,
+    ramp: Ramp,
+    wheels: [WheelObserver; 4],
+    controls: [WheelControl; 4],
+    gyro: Gyro,
+    odometer: Odometer,
+    monitor: Monitor,
+    battery: Battery,
+    tasks: Tasks,
+    voice: Voice,
+    /// The velocity at the last tick: of the wheels, with the gyroscope's turn rate if there is one.
+    velocity: Velocity,
+    gyro_heard: bool,
+    discarded: u32,
+    /// The count of `discarded` when the last good frame arrived.
+    discarded_before: u32,
+}
+
+impl Chassis {
+    /// A chassis that has just started: braked, at its origin.
+    ///
+    /// # Errors
+    /// [`ParameterError`] names a parameter it cannot work with.
+    pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        let Parameters { geometry, start, ramp, noise, pack, .. } = parameters;
+        let reason = match start {
+            Start::PowerOn => StopReason::Started,
+            Start::Watchdog => StopReason::Watchdog,
+        };
+        Ok(Self {
+            parameters,
+            kinematics: Kinematics::new(geometry.wheelbase_m, geometry.track_m),
+            now: Millis(0),
+            ticked_at: None,
+            motors: Motors::Brake,
+            motion: Motion::Braked { reason },
+            commands: Commands::new(),
+            ramp: Ramp::new(ramp),
+            wheels: [const { WheelObserver::new() }; 4],
+            controls: [const { WheelControl::new() }; 4],
+            gyro: Gyro::new(),
+            odometer: Odometer::new(noise, geometry.metres_per_count()),
+            monitor: Monitor::new(),
+            battery: Battery::new(pack),
+            tasks: Tasks::new(),
+            voice: Voice::new(),
+            velocity: Velocity::zeros(),
+            gyro_heard: false,
+            discarded: 0,
+            discarded_before: 0,
+        })
+    }
+
+    /// Takes one input at `now` on the chassis' own clock. Should `now` lie before an earlier
+    /// step's, no time has passed.
+    pub fn step(&mut self, now: Millis, input: Input<'_>) -> Outputs {
+        self.now = self.now.max(now);
+        let mut messages = Messages::new();
+        match input {
+            Input::Tick(sensors) => {
+                self.tick(&sensors);
+                self.speak(&mut messages);
+            }
+            Input::Frame(frame) => self.hear(frame, &mut messages),
+            Input::Discarded(_) => self.discarded = self.discarded.saturating_add(1),
+        }
+        Outputs { motors: self.motors, messages }
+    }
+
+    /// Driving, stopping or braked, and why.
+    #[must_use]
+    pub const fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// The wheels' set-points at the last tick, in m/s; zero while braked.
+    #[must_use]
+    pub const fn setpoints(&self) -> &WheelSpeeds {
+        self.ramp.setpoints()
+    }
+
+    /// Where the robot is.
+    #[must_use]
+    pub const fn pose(&self) -> Pose {
+        self.odometer.pose()
+    }
+
+    /// How the robot moves, in its own frame: m/s, m/s, rad/s.
+    #[must_use]
+    pub const fn velocity(&self) -> &Velocity {
+        &self.velocity
+    }
+
+    fn tick(&mut self, sensors: &Sensors) {
+        let gap = self.ticked_at.replace(self.now).map_or(0, |at| self.now.since(at).0);
+        let periods = ((gap + TICK.0 / 2) / TICK.0).clamp(1, MOST_PERIODS);
+        let elapsed_s = TICK_S * periods as f32;
+
+        let battery = sensors.battery.map(|sample| (sample.voltage_v, sample.current_a));
+        self.battery.update(battery, elapsed_s);
+        if let Motion::Driving { until, .. } = self.motion
+            && self.now >= until
+        {
+            let damaged = self.discarded > self.discarded_before;
+            self.motion.stop_for(if damaged { StopReason::LinkCorrupted } else { StopReason::LinkSilent });
+        }
+        let step = self.advance_ramp();
+        let counted = self.measure(sensors, &step, elapsed_s);
+        if let Some(reason) = self.check(sensors, counted) {
+            self.brake(reason);
+        }
+        self.command_motors(&step);
+    }
+
+    /// One step of the set-points. A robot whose set-points have reached zero brakes.
+    fn advance_ramp(&mut self) -> WheelSpeeds {
+        let target = self.motion.target();
+        if let Motion::Stopping { reason } = self.motion
+            && *self.ramp.setpoints() == WheelSpeeds::zeros()
+        {
+            self.brake(reason);
+        }
+        self.ramp.advance(&target)
+    }
+
+    /// Takes in wheels and gyroscope, and moves the odometer on. Answers which wheels have counted.
+    fn measure(&mut self, sensors: &Sensors, step: &WheelSpeeds, elapsed_s: f32) -> [bool; 4] {
+        let metres_per_count = self.parameters.geometry.metres_per_count();
+        let mut counts = [0; 4];
+        let each = counts.iter_mut().zip(&mut self.wheels).zip(sensors.encoders).zip(step.iter());
+        for (((counts, wheel), counter), &step_mps) in each {
+            *counts = wheel.update(counter, metres_per_count, step_mps, elapsed_s);
+        }
+
+        let rest = counts == [0; 4] && *self.ramp.setpoints() == WheelSpeeds::zeros();
+        let gyro_radps = self.gyro.update(sensors.gyro_radps, rest);
+        let speeds = self.speeds();
+        self.velocity = self.kinematics.twist(&speeds);
+        let turn_mps = gyro_radps
+            .map_or(0.0, |rate| (rate - self.velocity.z).abs() * self.parameters.geometry.lever_arm_m());
+        self.monitor.check_grip(turn_mps.max(slip_speed(&speeds).abs()));
+
+        let wheels_m = WheelSpeeds::from(counts.map(|counts| f32::from(counts) * metres_per_count));
+        let gyro_rad = gyro_radps.map(|rate| rate * elapsed_s);
+        let slipping = self.monitor.is_slipping();
+        self.odometer.advance(&self.kinematics, &Rolled { wheels_m, gyro_rad, elapsed_s, slipping });
+        self.gyro_heard = gyro_radps.is_some();
+        self.velocity.z = gyro_radps.unwrap_or(self.velocity.z);
+        counts.map(|counts| counts != 0)
+    }
+
+    /// Why the chassis has to brake now, if it has to. The duties are those of the last tick.
+    fn check(&mut self, sensors: &Sensors, counted: [bool; 4]) -> Option<StopReason> {
+        let duties = match self.motors {
+            Motors::Brake => [0.0; 4],
+            Motors::Drive(duties) => duties,
+        };
+        let mut wheels = [WheelSample { duty: 0.0, counted: true, driver_fault: false }; 4];
+        let each = wheels.iter_mut().zip(duties).zip(counted).zip(sensors.driver_faults);
+        for (((wheel, duty), counted), driver_fault) in each {
+            *wheel = WheelSample { duty, counted, driver_fault };
+        }
+        let current_a = self.battery.state().filter(|_| !self.battery.is_silent()).map(|b| b.current.get());
+        self.monitor.check(wheels, current_a, &self.parameters.motor, &self.parameters.pack)
+    }
+
+    fn brake(&mut self, reason: StopReason) {
+        self.motion.brake_for(reason);
+        self.ramp.reset();
+        self.controls.iter_mut().for_each(WheelControl::reset);
+        self.motors = Motors::Brake;
+    }
+
+    fn command_motors(&mut self, step: &WheelSpeeds) {
+        if let Motion::Braked { .. } = self.motion {
+            self.motors = Motors::Brake;
+            return;
+        }
+        let Parameters { motor, gains, .. } = &self.parameters;
+        let boost = self
+            .battery
+            .state()
+            .map_or(1.0, |battery| (motor.nominal_v / battery.voltage.get().max(1.0)).clamp(0.5, 2.0));
+        let mut duties = [0.0; 4];
+        let each = duties.iter_mut().zip(&mut self.controls).zip(&self.wheels);
+        for (((duty, control), wheel), (&setpoint_mps, &step_mps)) in
+            each.zip(self.ramp.setpoints().iter().zip(step.iter()))
+        {
+            let wheel = WheelState { setpoint_mps, step_mps, speed_mps: wheel.speed_mps() };
+            *duty = control.duty(wheel, motor, gains, boost);
+        }
+        self.motors = Motors::Drive(duties);
+    }
+
+    fn speeds(&self) -> WheelSpeeds {
+        WheelSpeeds::from(self.wheels.each_ref().map(WheelObserver::speed_mps))
+    }
+
+    /// Only the robot's own computer is obeyed.
+    fn hear(&mut self, frame: &Frame, messages: &mut Messages) {
+        if frame.header.sender != DeviceId::Robot(self.parameters.robot) {
+            return;
+        }
+        self.discarded_before = self.discarded;
+        let boot = frame.header.boot;
+        match &frame.message {
+            Message::Hello(_) => {
+                if self.voice.greeted(self.now) {
+                    say(messages, Message::Hello(self.voice.hello(self.now)));
+                }
+            }
+            Message::Drive(drive) => {
+                self.obey(boot, drive.command, messages, |chassis| (chassis.drive(drive), None));
+            }
+            Message::Stop(stop) if stop.emergency => {
+                self.brake(StopReason::Emergency);
+                self.commands.remember(boot, stop.command, Ok(()));
+                say(messages, answered(stop.command, Ok(())));
+            }
+            Message::Stop(stop) => self.obey(boot, stop.command, messages, |chassis| {
+                chassis.motion.stop_for(StopReason::Commanded);
+                (Ok(()), None)
+            }),
+            Message::Release(release) => {
+                self.obey(boot, release.command, messages, |chassis| (chassis.release(), None));
+            }
+            Message::Task(task) => {
+                self.obey(boot, task.command, messages, |chassis| chassis.switch_task(task));
+            }
+            _ => {}
+        }
+    }
+
+    /// Does a command if it is new, and answers it.
+    fn obey(
+        &mut self,
+        boot: BootEpoch,
+        command: CommandId,
+        messages: &mut Messages,
+        act: impl FnOnce(&mut Self) -> (Answer, Option<TaskEnergy>),
+    ) {
+        let answer = self.commands.answered(boot, command).unwrap_or_else(|| {
+            let (answer, energy) = act(self);
+            self.commands.remember(boot, command, answer);
+            if let Some(energy) = energy {
+                say(messages, Message::TaskEnergy(energy));
+            }
+            answer
+        });
+        say(messages, answered(command, answer));
+    }
+
+    fn drive(&mut self, drive: &Drive) -> Answer {
+        let velocity = limits::check(&self.parameters.limits, drive).map_err(refused)?;
+        if let Some(by) = self.motion.held() {
+            return Err(refused(ChassisRefusal::Stopped { by }));
+        }
+        let target = limits::slow_down(&self.parameters.limits, self.kinematics.wheels(&velocity));
+        self.motion = Motion::Driving { target, until: self.now.after(drive.ttl) };
+        Ok(())
+    }
+
+    fn release(&mut self) -> Answer {
+        if self.motion.held().is_none() {
+            return Ok(());
+        }
+        if self.speeds().amax() > REST_MPS {
+            return Err(refused(ChassisRefusal::Moving));
+        }
+        if !self.monitor.release() {
+            return Err(refused(ChassisRefusal::NotCleared));
+        }
+        self.motion = Motion::Braked { reason: StopReason::Commanded };
+        Ok(())
+    }
+
+    fn switch_task(&mut self, task: &Task) -> (Answer, Option<TaskEnergy>) {
+        match self.tasks.switch(task.task, self.battery.drawn_uj()) {
+            Ok(ended) => (Ok(()), ended),
+            Err(_) => (Err(refused(ChassisRefusal::TooManyTasks)), None),
+        }
+    }
+
+    fn speak(&mut self, messages: &mut Messages) {
+        if self.voice.hello_is_due(self.now) {
+            say(messages, Message::Hello(self.voice.hello(self.now)));
+        }
+        let state = self.state();
+        if let Some(state) = self.voice.tell(self.now, state) {
+            say(messages, Message::ChassisState(state));
+        }
+        say(messages, Message::Odometry(self.odometry()));
+    }
+
+    fn state(&self) -> ChassisState {
+        ChassisState {
+            mode: self.motion.mode(),
+            stop: self.motion.stop(),
+            faults: self.monitor.faults(self.gyro.is_silent(), self.battery.is_silent()),
+            battery: self.battery.state(),
+            discarded: self.discarded,
+        }
+    }
+
+    fn odometry(&self) -> Odometry {
+        let speed_variance = report::speed_variance(self.parameters.geometry.metres_per_count());
+        let variance = self.odometer.velocity_variance(&self.kinematics, speed_variance, self.gyro_heard);
+        Odometry {
+            stamp: self.now,
+            pose: report::pose(self.odometer.pose()),
+            pose_covariance: report::pose_covariance(self.odometer.covariance()),
+            measured: report::twist(&self.velocity),
+            measured_variance: report::twist_variance(&variance),
+            ramped: report::twist(&self.kinematics.twist(self.ramp.setpoints())),
+            commanded: report::twist(&self.kinematics.twist(&self.motion.target())),
+        }
+    }
+}
+
+fn refused(refusal: ChassisRefusal) -> NackReason {
+    NackReason::Chassis { refusal }
+}
+
+fn answered(command: CommandId, answer: Answer) -> Message {
+    let of = Reference::Command(command);
+    match answer {
+        Ok(()) => Message::Ack(Ack { of }),
+        Err(reason) => Message::Nack(Nack { of, reason }),
+    }
+}
+
+fn say(messages: &mut Messages, message: Message) {
+    // It fits: a step sends each kind of message at most once, and they are fewer than the room.
+    let _ = messages.push(message);
+}

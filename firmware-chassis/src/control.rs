@@ -1,0 +1,129 @@
+//! The duty that makes a wheel follow its set-point: what the motor needs for it by its model
+//! (feed-forward), and a PI control of what is left, with anti-windup.
+//!
+//! With the model of [`Motor`], tau v' + v = v_free (duty - friction), the feed-forward alone
+//! follows a ramp without lag. What is left decays by tau s² + (1 + v_free kp) s + v_free ki = 0:
+//! with the default gains s = -4.7/s and -17.8/s, both real, so that nothing rings.
+
+use crate::{
+    TICK_S,
+    parameters::{Gains, Motor},
+};
+
+/// Slower than this a wheel whose set-point is zero is left alone, so that no duty hums in a wheel
+/// at rest, in m/s.
+const REST_MPS: f32 = 0.005;
+
+/// One wheel's control.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WheelControl {
+    integral: f32,
+}
+
+/// What a wheel shall do and does.
+#[derive(Clone, Copy, Debug)]
+pub struct WheelState {
+    /// Where the ramp is, in m/s.
+    pub setpoint_mps: f32,
+    /// The ramp's last step, in m/s.
+    pub step_mps: f32,
+    /// The measured speed, in m/s.
+    pub speed_mps: f32,
+}
+
+impl WheelControl {
+    /// Nothing to correct yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { integral: 0.0 }
+    }
+
+    /// Forgets what it had to correct.
+    pub fn reset(&mut self) {
+        self.integral = 0.0;
+    }
+
+    /// The duty for this tick, -1 to 1. `boost` is the nominal over the present supply voltage.
+    pub fn duty(&mut self, wheel: WheelState, motor: &Motor, gains: &Gains, boost: f32) -> f32 {
+        let WheelState { setpoint_mps, step_mps, speed_mps } = wheel;
+        if setpoint_mps == 0.0 && speed_mps.abs() < REST_MPS {
+            self.reset();
+            return 0.0;
+        }
+        let friction = if setpoint_mps == 0.0 { 0.0 } else { motor.friction_duty.copysign(setpoint_mps) };
+        let following = setpoint_mps + motor.time_constant_s * step_mps / TICK_S;
+        let error = setpoint_mps - speed_mps;
+        let wanted = boost
+            * (following / motor.free_speed_mps + friction + gains.proportional * error + self.integral);
+        let duty = wanted.clamp(-1.0, 1.0);
+        // Anti-windup: at the limit, only what leads back from it is summed up.
+        if wanted == duty || (wanted - duty) * error < 0.0 {
+            self.integral = (self.integral + gains.integral * error * TICK_S).clamp(-1.0, 1.0);
+        }
+        duty
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use protocol::RobotId;
+
+    use super::*;
+    use crate::parameters::Parameters;
+
+    const ROBOT: Parameters = Parameters::new(RobotId(1));
+
+    fn duty(control: &mut WheelControl, setpoint_mps: f32, speed_mps: f32) -> f32 {
+        control.duty(WheelState { setpoint_mps, step_mps: 0.0, speed_mps }, &ROBOT.motor, &ROBOT.gains, 1.0)
+    }
+
+    #[test]
+    fn a_wheel_that_follows_gets_what_its_model_says() {
+        let mut control = WheelControl::new();
+        assert!((duty(&mut control, 0.67, 0.67) - (0.5 + 0.06)).abs() < 1e-6);
+        assert!((duty(&mut control, -0.67, -0.67) + (0.5 + 0.06)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_lower_supply_gets_a_higher_duty() {
+        let wheel = WheelState { setpoint_mps: 0.67, step_mps: 0.0, speed_mps: 0.67 };
+        let low = WheelControl::new().duty(wheel, &ROBOT.motor, &ROBOT.gains, 12.0 / 10.0);
+        assert!((low - 0.56 * 1.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_wheel_held_fast_for_a_minute_is_not_wound_up() {
+        let mut control = WheelControl::new();
+        for _ in 0..6_000 {
+            assert!(duty(&mut control, 0.5, 0.0) <= 1.0);
+        }
+        // Free again and as fast as it shall be: the duty comes off its limit at once.
+        assert!(duty(&mut control, 0.5, 0.5) < 1.0);
+        let settled = (0..100).map(|_| duty(&mut control, 0.5, 0.6)).last().unwrap();
+        assert!(settled < 0.5);
+    }
+
+    #[test]
+    fn a_wheel_at_rest_gets_nothing() {
+        let mut control = WheelControl::new();
+        duty(&mut control, 0.0, 0.3);
+        assert_eq!(duty(&mut control, 0.0, 0.001), 0.0);
+        assert_eq!(control, WheelControl::new());
+    }
+
+    proptest! {
+        #[test]
+        fn every_duty_is_a_share_of_the_supply(
+            wheels in prop::collection::vec((-2.0f32..2.0, -0.01f32..0.01, -1e5f32..1e5), 1..100),
+            boost in 0.5f32..2.0,
+        ) {
+            let mut control = WheelControl::new();
+            for (setpoint_mps, step_mps, speed_mps) in wheels {
+                let wheel = WheelState { setpoint_mps, step_mps, speed_mps };
+                let duty = control.duty(wheel, &ROBOT.motor, &ROBOT.gains, boost);
+                prop_assert!((-1.0..=1.0).contains(&duty));
+            }
+        }
+    }
+}
