@@ -42,9 +42,10 @@ const known = (value) => typeof value === "number" && Number.isFinite(value);
 export const number = (value, digits = 1) => (known(value) ? value.toFixed(digits) : "–");
 export const percent = (fraction) => (known(fraction) ? `${Math.round(fraction * 100)} %` : "?");
 
-/** Seconds, as long as needed: 42 s, 3:05 min, 2:10:00 h. */
+/** Seconds, as long as needed: 0.3 s, 42 s, 3:05 min, 2:10:00 h. */
 export function duration(seconds) {
   if (!known(seconds)) return "–";
+  if (seconds > 0 && seconds < 9.95) return `${seconds.toFixed(1)} s`;
   const whole = Math.max(0, Math.round(seconds));
   if (whole < 60) return `${whole} s`;
   return whole < 3600 ? `${clockFace(whole).slice(3).replace(/^0/, "")} min` : `${clockFace(whole)} h`;
