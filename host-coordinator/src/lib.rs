@@ -14,6 +14,7 @@
 //! | [`links`] | frames to and from piles and robots |
 //! | [`api`] | what programs and the dashboard can ask |
 //! | [`daemon`] | the shell that runs the core: clock, sockets, log |
+//! | [`reproduce`] | the papers' tables, computed again and compared |
 //! | [`ui`] | the dashboard's page and its files |
 //! | [`simulate`] | a whole site on loopback: the real pile cores, simulated robots |
 
@@ -24,6 +25,7 @@ pub mod daemon;
 pub mod diagnostics;
 pub mod document;
 pub mod links;
+pub mod reproduce;
 pub mod selection;
 pub mod simulate;
 pub mod site;

@@ -10,6 +10,7 @@ mod demo;
 mod map;
 mod plan;
 mod point;
+mod reproduce;
 mod run;
 mod select;
 mod stop;
@@ -43,6 +44,7 @@ enum Command {
     Map(map::Map),
     Plan(plan::Plan),
     Select(select::Select),
+    Reproduce(reproduce::Reproduce),
 }
 
 impl Command {
@@ -54,6 +56,7 @@ impl Command {
             Self::Map(command) => command.run(),
             Self::Plan(command) => command.run(),
             Self::Select(command) => command.run(),
+            Self::Reproduce(command) => command.run(),
         }
     }
 }
