@@ -111,24 +111,14 @@ impl Coordinator {
             (NackReason::Ended, _) => {
                 self.end(turn, pile, &lease, LeaseEnd::Lost, DurationMs(0));
             }
-            (
-                NackReason::Held { .. }
-                | NackReason::Occupied
-                | NackReason::Faulted
-                | NackReason::Chassis { .. },
-                Phase::Offered,
-            ) => {
+            // The others say that the pile, as it is now, cannot be used.
+            (_, Phase::Offered) => {
                 self.record(turn, Fact::Refused { pile, lease: id, reason });
                 self.observed.queue_is_due = true;
             }
-            (
-                NackReason::Held { .. }
-                | NackReason::Occupied
-                | NackReason::Faulted
-                | NackReason::Chassis { .. },
-                _,
-            ) => {
-                self.end(turn, pile, &lease, LeaseEnd::Lost, DurationMs(0));
+            (_, Phase::Held { .. }) => self.end(turn, pile, &lease, LeaseEnd::Lost, DurationMs(0)),
+            (_, Phase::Refused | Phase::Revoking { .. }) => {
+                self.record(turn, Fact::Deferred { pile, lease: id, reason });
             }
         }
     }
