@@ -9,6 +9,7 @@
 //! | [`moves`] | how a robot steps from cell to cell, and the one corner rule |
 //! | [`path`] | waypoints and exact lengths |
 //! | [`search`] | A* for one goal, Dijkstra for many |
+//! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
 //! | [`congestion`] | which doors to avoid when |
 //! | [`memory`] | banks of paths that never change |
@@ -26,6 +27,7 @@
 //! ```
 
 pub mod congestion;
+pub mod field;
 pub mod formats;
 pub mod grid;
 pub mod lmpp;

@@ -1,12 +1,13 @@
 //! Local memorial path planning (LMPP Algorithm 6, keeping the shortest path).
 //!
-//! A path from a robot to a pile has three parts: from the robot to a door of its subarea, which is
-//! searched; from door to door, and from the last door to the pile, which are recalled. In the
-//! robot's own subarea the pile itself is searched for.
+//! A path from a robot to a pile has three parts: from the robot to a door of its subarea, from door
+//! to door, and from the last door to the pile. The paper searches for the first part and recalls
+//! the others from memory. Here the first part is recalled too: every door keeps a [`Field`] of the
+//! ways to it from the subareas around, and every pile one of its own subarea, so that nothing is
+//! searched for but the chain of doors.
 //!
-//! A [`Survey`] makes the one search a robot's position needs and then answers for every pile: the
-//! search stops at the subarea's doors and piles, and a walk over the doors' graph finds the best
-//! chain of doors for all piles at once, where Algorithm 6 tries every pair.
+//! A [`Survey`] of a robot's position answers for all piles at once: one walk over the doors' graph
+//! finds the best chain to each, where Algorithm 6 tries every pair of doors.
 
 use std::{
     cmp::Reverse,
@@ -14,12 +15,13 @@ use std::{
 };
 
 use crate::{
+    field::Field,
     grid::{Cell, Grid},
-    memory::{Banks, Direction, DoorSets, Leg, Target, without},
+    memory::{Banks, Direction, DoorSets, Leg, Target},
     moves::{Length, MoveSet},
     path::Path,
-    rooms::{DoorId, Rooms},
-    search::{SearchError, Workspace, dijkstra},
+    rooms::{DoorId, Rooms, SubareaId},
+    search::{SearchError, Workspace, free_index},
 };
 
 /// A map, its rooms, its targets and the memory of paths between them.
@@ -31,9 +33,11 @@ pub struct Lmpp {
     sets: DoorSets,
     targets: Vec<Target>,
     closed: BTreeSet<DoorId>,
-    /// The map with the closed doors' cells blocked.
-    open_grid: Grid,
     banks: Banks,
+    /// The ways to each open door from the subareas whose robots may make for it.
+    to_doors: BTreeMap<DoorId, Field>,
+    /// The ways to each target from its own subarea.
+    to_targets: BTreeMap<u16, Field>,
 }
 
 /// A path to a target.
@@ -62,20 +66,61 @@ impl Lmpp {
         targets: Vec<Target>,
         sets: DoorSets,
     ) -> Self {
-        let closed = BTreeSet::new();
-        let banks = Banks::build(&grid, moves, &rooms, &sets, &targets, &closed);
-        Self { open_grid: grid.clone(), grid, moves, rooms, sets, targets, closed, banks }
+        let mut lmpp = Self {
+            grid,
+            moves,
+            rooms,
+            sets,
+            targets,
+            closed: BTreeSet::new(),
+            banks: Banks::default(),
+            to_doors: BTreeMap::new(),
+            to_targets: BTreeMap::new(),
+        };
+        lmpp.memorise();
+        lmpp
     }
 
     /// Closes these doors, such as those [`crate::congestion::avoided`] names, and opens all others.
     /// The memory is planned anew if that changes anything.
     pub fn close(&mut self, closed: BTreeSet<DoorId>) {
         if closed != self.closed {
-            self.open_grid = without(&self.grid, &self.rooms, &closed);
-            self.banks =
-                Banks::build(&self.grid, self.moves, &self.rooms, &self.sets, &self.targets, &closed);
             self.closed = closed;
+            self.memorise();
         }
+    }
+
+    fn memorise(&mut self) {
+        let Self { grid, moves, rooms, sets, targets, closed, .. } = self;
+        self.banks = Banks::build(grid, *moves, rooms, sets, targets, closed);
+
+        let mut workspace = Workspace::default();
+        let shut = rooms.doors().iter().filter(|door| closed.contains(&door.id)).map(|door| door.cell);
+        let shut: BTreeSet<_> = shut.collect();
+        let mut field = |place: Cell, subareas: &[SubareaId]| {
+            let inside = |&cell: &Cell| {
+                cell == place || rooms.find_subarea(cell).is_some_and(|subarea| subareas.contains(&subarea))
+            };
+            let around: Vec<_> = grid.free_cells().filter(inside).collect();
+            Field::build(grid, *moves, place, &around, &shut, &mut workspace)
+        };
+        self.to_doors = rooms
+            .doors()
+            .iter()
+            .filter(|door| !closed.contains(&door.id))
+            .map(|door| {
+                let users = sets.exits.iter().filter(|(_, exits)| exits.contains(&door.id));
+                let users: Vec<_> = users.map(|(&subarea, _)| subarea).collect();
+                (door.id, field(door.cell, &users))
+            })
+            .collect();
+        self.to_targets = targets
+            .iter()
+            .map(|target| {
+                let own: Vec<_> = rooms.find_subarea(target.cell).into_iter().collect();
+                (target.id, field(target.cell, &own))
+            })
+            .collect();
     }
 
     /// The doors that are closed now.
@@ -96,54 +141,30 @@ impl Lmpp {
         &self.banks
     }
 
+    /// What the memory takes, in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let fields = self.to_doors.values().chain(self.to_targets.values());
+        self.banks.bytes() + fields.map(Field::bytes).sum::<usize>()
+    }
+
     /// Looks from `from` to all targets.
     ///
     /// # Errors
     /// [`SearchError`] if `from` is outside the map or in a wall.
-    pub fn survey(&self, from: Cell, workspace: &mut Workspace) -> Result<Survey<'_>, SearchError> {
+    pub fn survey(&self, from: Cell) -> Result<Survey<'_>, SearchError> {
+        free_index(&self.grid, from)?;
         let own = self.rooms.find_subarea(from);
-        let exits = own.and_then(|subarea| self.sets.exits.get(&subarea));
-        let exits: Vec<_> = self
-            .rooms
-            .doors()
-            .iter()
-            .filter(|door| {
-                !self.closed.contains(&door.id) && exits.is_some_and(|exits| exits.contains(&door.id))
-            })
-            .collect();
-        let near: Vec<_> =
-            self.targets.iter().filter(|target| self.rooms.find_subarea(target.cell) == own).collect();
-        let goals: Vec<_> =
-            exits.iter().map(|door| door.cell).chain(near.iter().map(|target| target.cell)).collect();
-
-        // A robot may stand at a door that has just been closed; it is let out.
-        let freed;
-        let grid = if self.grid.is_free(from) && !self.open_grid.is_free(from) {
-            let mut grid = self.open_grid.clone();
-            grid.set(from, true);
-            freed = grid;
-            &freed
-        } else {
-            &self.open_grid
-        };
-        if goals.is_empty() {
-            // Nothing to search for, but `from` is still checked.
-            let ways = dijkstra(grid, self.moves, from, &[from], workspace)?;
-            return Ok(Survey::new(self, ways.expanded()));
-        }
-        let ways = dijkstra(grid, self.moves, from, &goals, workspace)?;
-        let mut survey = Survey::new(self, ways.expanded());
-        for target in near {
-            if let Some(path) = ways.path_to(target.cell) {
-                survey.near.insert(target.id, path);
-            }
-        }
-        for door in exits {
-            if let Some(path) = ways.path_to(door.cell) {
-                survey.exits.insert(door.id, path);
-            }
-        }
-        survey.chain_doors();
+        let exits = own.and_then(|subarea| self.sets.exits.get(&subarea)).into_iter().flatten();
+        let exits =
+            exits.filter_map(|&door| Some((door, self.to_doors.get(&door)?.length(&self.grid, from)?)));
+        let near = self.targets.iter().filter(|target| self.rooms.find_subarea(target.cell) == own);
+        let near = near.filter_map(|target| {
+            Some((target.id, self.to_targets.get(&target.id)?.length(&self.grid, from)?))
+        });
+        let mut survey =
+            Survey { lmpp: self, from, expanded: 0, near: near.collect(), doors: BTreeMap::new() };
+        survey.chain_doors(exits.collect());
         Ok(survey)
     }
 }
@@ -152,38 +173,35 @@ impl Lmpp {
 #[derive(Clone, Debug)]
 pub struct Survey<'a> {
     lmpp: &'a Lmpp,
+    from: Cell,
     expanded: u32,
-    /// Paths to targets in the robot's own subarea.
-    near: BTreeMap<u16, Path>,
-    /// Paths to the doors of the robot's own subarea: part I.
-    exits: BTreeMap<DoorId, Path>,
+    /// The lengths of the ways to targets in the robot's own subarea.
+    near: BTreeMap<u16, Length>,
     /// The best way to every door.
     doors: BTreeMap<DoorId, Chain>,
 }
 
-/// The best way to a door: its length, and the door before with the leg from there.
+/// The best way to a door: its length, and the door before with the leg from there; none before the
+/// first door, to which part I leads.
 #[derive(Clone, Copy, Debug)]
 struct Chain {
     length: Length,
     before: Option<(DoorId, Leg, Direction)>,
 }
 
-impl<'a> Survey<'a> {
-    const fn new(lmpp: &'a Lmpp, expanded: u32) -> Self {
-        Self { lmpp, expanded, near: BTreeMap::new(), exits: BTreeMap::new(), doors: BTreeMap::new() }
-    }
-
+impl Survey<'_> {
     /// Dijkstra's algorithm over the doors, from all exits at once: part II for all targets.
-    fn chain_doors(&mut self) {
+    fn chain_doors(&mut self, exits: Vec<(DoorId, Length)>) {
         let mut open: BinaryHeap<_> = BinaryHeap::new();
-        for (&door, path) in &self.exits {
-            self.doors.insert(door, Chain { length: path.length(), before: None });
-            open.push(Reverse((path.length(), door)));
+        for (door, length) in exits {
+            self.doors.insert(door, Chain { length, before: None });
+            open.push(Reverse((length, door)));
         }
         while let Some(Reverse((length, door))) = open.pop() {
             if self.doors.get(&door).is_some_and(|chain| chain.length < length) {
                 continue;
             }
+            self.expanded += 1;
             for (next, leg, direction) in self.lmpp.banks.from_door(door) {
                 let length = length + leg.length;
                 if self.doors.get(&next).is_none_or(|chain| length < chain.length) {
@@ -194,7 +212,7 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// How many nodes the search expanded.
+    /// How many nodes of the doors' graph were expanded: no cell is searched.
     #[must_use]
     pub const fn expanded(&self) -> u32 {
         self.expanded
@@ -204,7 +222,7 @@ impl<'a> Survey<'a> {
     #[must_use]
     pub fn length_to(&self, target: u16) -> Option<Length> {
         match self.near.get(&target) {
-            Some(path) => Some(path.length()),
+            Some(&length) => Some(length),
             None => Some(self.last_door(target)?.0),
         }
     }
@@ -223,10 +241,11 @@ impl<'a> Survey<'a> {
     /// The path to a target; `None` if no chain of open doors leads there.
     #[must_use]
     pub fn route_to(&self, target: u16) -> Option<Route> {
-        if let Some(path) = self.near.get(&target) {
-            return Some(Route { path: path.clone(), doors: Vec::new() });
+        let Lmpp { grid, banks, to_doors, to_targets, .. } = self.lmpp;
+        if self.near.contains_key(&target) {
+            let path = to_targets.get(&target)?.path(grid, self.from)?;
+            return Some(Route { path, doors: Vec::new() });
         }
-        let banks = &self.lmpp.banks;
         let (_, mut door, last) = self.last_door(target)?;
         let mut legs = vec![(last, Direction::Forth)];
         let mut doors = vec![door];
@@ -236,8 +255,10 @@ impl<'a> Survey<'a> {
             door = before;
         }
         doors.reverse();
-        let path =
-            legs.into_iter().rev().try_fold(self.exits.get(&door)?.clone(), |path, (leg, direction)| {
+        let path = legs
+            .into_iter()
+            .rev()
+            .try_fold(to_doors.get(&door)?.path(grid, self.from)?, |path, (leg, direction)| {
                 path.then(&banks.recall(leg, direction))
             })?;
         Some(Route { path, doors })

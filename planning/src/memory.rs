@@ -185,7 +185,7 @@ impl Banks {
 }
 
 /// `grid` with the cells of the closed doors blocked.
-pub(crate) fn without(grid: &Grid, rooms: &Rooms, closed: &BTreeSet<DoorId>) -> Grid {
+fn without(grid: &Grid, rooms: &Rooms, closed: &BTreeSet<DoorId>) -> Grid {
     let mut grid = grid.clone();
     for door in rooms.doors().iter().filter(|door| closed.contains(&door.id)) {
         grid.set(door.cell, false);

@@ -3,7 +3,10 @@
 //! Costs are integers, so the same query expands the same nodes on every machine. A [`Workspace`]
 //! is reused from query to query and allocates only when a grid is larger than any before.
 
-use std::{cmp::Reverse, collections::BinaryHeap};
+use std::{
+    cmp::Reverse,
+    collections::{BinaryHeap, HashSet},
+};
 
 use crate::{
     grid::{Cell, Grid},
@@ -99,16 +102,8 @@ pub fn dijkstra<'a>(
     workspace: &'a mut Workspace,
 ) -> Result<Ways<'a>, SearchError> {
     let start = free_index(grid, from)?;
-    let mut missing: Vec<_> = targets.iter().filter_map(|&cell| free_index(grid, cell).ok()).collect();
-    missing.sort_unstable();
-    missing.dedup();
-    let everywhere = targets.is_empty();
-    let done = |index: usize| {
-        if let Ok(place) = missing.binary_search(&index) {
-            missing.remove(place);
-        }
-        missing.is_empty() && !everywhere
-    };
+    let mut missing: HashSet<_> = targets.iter().filter_map(|&cell| free_index(grid, cell).ok()).collect();
+    let done = |index: usize| missing.remove(&index) && missing.is_empty();
     let expanded = workspace.run(grid, moves, start, |_| 0, done);
     Ok(Ways { grid, workspace, expanded })
 }
@@ -134,6 +129,14 @@ impl Ways<'_> {
         Some(self.workspace.steps_back(self.grid, cell)?.map(Length::of).sum())
     }
 
+    /// The first move of a shortest path from `cell` back to the start; `None` at the start itself
+    /// and where none is known.
+    #[must_use]
+    pub fn step_back(&self, cell: Cell) -> Option<Step> {
+        let (dx, dy) = self.workspace.steps_back(self.grid, cell)?.next()?;
+        Some((-dx, -dy))
+    }
+
     /// How many nodes were expanded.
     #[must_use]
     pub const fn expanded(&self) -> u32 {
@@ -141,7 +144,8 @@ impl Ways<'_> {
     }
 }
 
-fn free_index(grid: &Grid, cell: Cell) -> Result<usize, SearchError> {
+/// The index of `cell`, if a robot can be there.
+pub(crate) fn free_index(grid: &Grid, cell: Cell) -> Result<usize, SearchError> {
     let (width, height) = (grid.width(), grid.height());
     let index = grid.index(cell).ok_or(SearchError::Outside { cell, width, height })?;
     if grid.is_free_at(index) { Ok(index) } else { Err(SearchError::Blocked { cell }) }
@@ -205,7 +209,11 @@ impl Workspace {
     /// The moves from `cell` back to the start, each as it was made; `None` if it was not reached.
     fn steps_back<'a>(&'a self, grid: &'a Grid, cell: Cell) -> Option<impl Iterator<Item = Step> + 'a> {
         let reached_by = |cell: Cell| {
-            let node = self.nodes.get(grid.index(cell)?).filter(|node| node.round == self.round)?;
+            let node = self.nodes.get(grid.index(cell)?)?;
+            // What was reached and not expanded may have a shorter way.
+            if node.round != self.round || !node.closed {
+                return None;
+            }
             Some((i32::from(node.reached_by.0), i32::from(node.reached_by.1)))
         };
         reached_by(cell)?;

@@ -96,7 +96,7 @@ const fn length(straight: u32, diagonal: u32, knight: u32) -> Length {
 
 /// Checks the nearest pile, its length and the doors on the way, and that the path is one.
 fn assert_nearest(lmpp: &Lmpp, from: Point, pile: u16, expected: Length, doors: &[u16]) {
-    let survey = lmpp.survey(cell(from), &mut Workspace::default()).unwrap();
+    let survey = lmpp.survey(cell(from)).unwrap();
     assert_eq!(survey.nearest(), Some((pile, expected)), "nearest pile from {from:?}");
     let route = survey.route_to(pile).unwrap();
     assert_eq!(route.path.length(), expected, "path from {from:?}");
@@ -254,7 +254,7 @@ fn test_3_and_table_10_extremes_of_idle_and_busy_piles() {
         ),
     ];
     for (from, extremes) in rows {
-        let survey = lmpp.survey(cell(from), &mut Workspace::default()).unwrap();
+        let survey = lmpp.survey(cell(from)).unwrap();
         let idle = |id| PILES.iter().any(|&(pile, _, idle)| pile == id && idle);
         let lengths = |in_q1: bool| {
             survey.lengths().filter(move |&(id, _)| idle(id) == in_q1).map(|(id, length)| (length, id))

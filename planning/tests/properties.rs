@@ -153,7 +153,7 @@ proptest! {
         let from = cells[from.index(cells.len())];
         let mut workspace = Workspace::default();
         let lmpp = Lmpp::new(grid.clone(), moves, rooms.clone(), piles.clone());
-        let survey = lmpp.survey(from, &mut Workspace::default()).unwrap();
+        let survey = lmpp.survey(from).unwrap();
         for pile in piles {
             let shortest = astar(&grid, moves, from, pile.cell, &mut workspace).map(|found| found.path.length());
             // Doors of one cell in walls of one cell: every path between rooms runs through doors.
@@ -184,7 +184,7 @@ proptest! {
         let closed: BTreeSet<_> = closed.into_iter().map(DoorId).collect();
         let mut lmpp = Lmpp::new(grid, moves, rooms.clone(), piles.clone());
         lmpp.close(closed.clone());
-        let survey = lmpp.survey(from, &mut Workspace::default()).unwrap();
+        let survey = lmpp.survey(from).unwrap();
         for route in piles.iter().filter_map(|pile| survey.route_to(pile.id)) {
             prop_assert!(route.doors.iter().all(|door| !closed.contains(door)));
             for door in rooms.doors().iter().filter(|door| closed.contains(&door.id) && door.cell != from) {
@@ -194,9 +194,8 @@ proptest! {
         // What is opened again is as if it had never been closed.
         let open = Lmpp::new(lmpp.grid().clone(), moves, rooms, piles.clone());
         lmpp.close(BTreeSet::new());
-        let mut workspace = Workspace::default();
-        let before: Vec<_> = open.survey(from, &mut workspace).unwrap().lengths().collect();
-        let after: Vec<_> = lmpp.survey(from, &mut workspace).unwrap().lengths().collect();
+        let before: Vec<_> = open.survey(from).unwrap().lengths().collect();
+        let after: Vec<_> = lmpp.survey(from).unwrap().lengths().collect();
         prop_assert_eq!(before, after);
     }
 }

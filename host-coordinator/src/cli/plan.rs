@@ -148,9 +148,8 @@ impl Plan {
         };
         // The memory is there before a robot asks, so it is not timed.
         let lmpp = site.lmpp(self.theta.unwrap_or(1.0));
-        let mut workspace = Workspace::default();
         let start = Instant::now();
-        let survey = lmpp.survey(from, &mut workspace).map_err(|error| self.parted(error))?;
+        let survey = lmpp.survey(from).map_err(|error| self.parted(error))?;
         let route = survey.route_to(pile.id.0);
         let micros = micros_since(start);
         let route = route.ok_or(NoPlan::NoDoors { from: self.from, to: self.to })?;

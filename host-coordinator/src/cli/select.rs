@@ -6,7 +6,6 @@ use host_coordinator::{
     selection::{Choice, PileStage, Rule, choose},
     site::Site,
 };
-use planning::search::Workspace;
 
 use super::{Outcome, out, out_json, plan::free_cell, point::Point, table::table};
 
@@ -59,7 +58,7 @@ impl Select {
         let probabilities = self.probabilities(site.piles.len())?;
         let rule = if self.literal { Rule::PaperLiteral } else { Rule::Corrected };
         let lmpp = site.lmpp(1.0);
-        let survey = lmpp.survey(robot, &mut Workspace::default())?;
+        let survey = lmpp.survey(robot)?;
         let candidates = site.candidates(&survey, &probabilities, rule);
         let choice = choose(&candidates, self.reach, self.q_threshold, rule);
         if self.json { out_json(&choice) } else { out(&text(&choice)) }

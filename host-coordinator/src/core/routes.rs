@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use planning::{grid::Cell, lmpp::Lmpp, rooms::DoorId, search::Workspace};
+use planning::{grid::Cell, lmpp::Lmpp, rooms::DoorId};
 use protocol::PileId;
 
 use crate::site::Site;
@@ -15,14 +15,13 @@ pub type Lengths = BTreeMap<PileId, f64>;
 #[derive(Debug)]
 pub struct Routes {
     lmpp: Lmpp,
-    workspace: Workspace,
 }
 
 impl Routes {
     /// Plans the memory of `site`, without the doors whose congestion exceeds `theta`.
     #[must_use]
     pub fn new(site: &Site, theta: f64) -> Self {
-        Self { lmpp: site.lmpp(theta), workspace: Workspace::default() }
+        Self { lmpp: site.lmpp(theta) }
     }
 
     /// Whether ways may lead through a door.
@@ -32,15 +31,15 @@ impl Routes {
     }
 
     /// The lengths of the ways from `from` to all piles.
-    pub fn lengths(&mut self, from: Cell) -> Lengths {
+    pub fn lengths(&self, from: Cell) -> Lengths {
         // A robot that is nowhere has no way.
-        let Ok(survey) = self.lmpp.survey(from, &mut self.workspace) else { return Lengths::new() };
+        let Ok(survey) = self.lmpp.survey(from) else { return Lengths::new() };
         survey.lengths().map(|(pile, length)| (PileId(pile), length.units())).collect()
     }
 
     /// The cells where the way from `from` to a pile turns, both ends included.
-    pub fn route(&mut self, from: Cell, pile: PileId) -> Option<Vec<Cell>> {
-        let survey = self.lmpp.survey(from, &mut self.workspace).ok()?;
+    pub fn route(&self, from: Cell, pile: PileId) -> Option<Vec<Cell>> {
+        let survey = self.lmpp.survey(from).ok()?;
         Some(survey.route_to(pile.0)?.path.waypoints().to_vec())
     }
 }

@@ -196,7 +196,6 @@ impl Site {
 
 #[cfg(test)]
 mod tests {
-    use planning::search::Workspace;
 
     use super::*;
 
@@ -232,7 +231,7 @@ mod tests {
         let start = site.cell_at(40, 64).unwrap();
         let nearest = |theta| {
             let lmpp = site.lmpp(theta);
-            lmpp.survey(start, &mut Workspace::default()).unwrap().nearest().unwrap().0
+            lmpp.survey(start).unwrap().nearest().unwrap().0
         };
         assert_eq!((nearest(1.0), nearest(0.3)), (5, 2), "door 1 is congested");
     }

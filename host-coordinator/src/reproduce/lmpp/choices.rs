@@ -117,7 +117,7 @@ fn question(
     rule: Rule,
 ) -> Result<Choice, Failed> {
     let from = laboratory.cell(location)?;
-    let survey = laboratory.as_run.survey(from, &mut laboratory.workspace)?;
+    let survey = laboratory.as_run.survey(from)?;
     let candidates = laboratory.site.candidates(&survey, probabilities, rule);
     Ok(choose(&candidates, reach, q_threshold, rule))
 }

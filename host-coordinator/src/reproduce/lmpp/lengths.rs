@@ -30,7 +30,7 @@ pub(super) fn table_6(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
             site.piles.iter().map(|pile| pile.cell).filter_map(to_pile).map(|found| found.path.length());
         let nearest = Value::number(nearest.min().map(|length| length.units()));
         rows.push(compared(6, at(location), "A*", Value::printed(by_astar), nearest));
-        let nearest = as_drawn.survey(from, workspace)?.nearest();
+        let nearest = as_drawn.survey(from)?.nearest();
         let nearest = Value::number(nearest.map(|(_, length)| length.units()));
         rows.push(compared(6, at(location), "LMPP", Value::printed(by_lmpp), nearest));
     }
@@ -62,7 +62,7 @@ fn distances(
     printed: [&str; 4],
 ) -> Result<Vec<Row>, Failed> {
     let from = laboratory.cell(location)?;
-    let survey = laboratory.as_run.survey(from, &mut laboratory.workspace)?;
+    let survey = laboratory.as_run.survey(from)?;
     let candidates = laboratory.site.candidates(&survey, &[], Rule::PaperLiteral);
     let piles = choose(&candidates, 0.0, Q_THRESHOLD, Rule::PaperLiteral).explanations;
     let of = |stage| piles.iter().filter(move |pile| pile.stage == stage).filter_map(|pile| pile.distance);
@@ -125,9 +125,8 @@ fn test_5(laboratory: &mut Laboratory) -> Result<Vec<[Option<Route>; 2]>, Failed
     let mut routes = Vec::new();
     for location in TABLE_11 {
         let from = laboratory.cell(location)?;
-        let workspace = &mut laboratory.workspace;
-        let mut nearest = |lmpp: &Lmpp| -> Result<Option<Route>, Failed> {
-            let survey = lmpp.survey(from, workspace)?;
+        let nearest = |lmpp: &Lmpp| -> Result<Option<Route>, Failed> {
+            let survey = lmpp.survey(from)?;
             Ok(survey.nearest().and_then(|(pile, _)| survey.route_to(pile)))
         };
         routes.push([nearest(&laboratory.as_drawn)?, nearest(&avoiding)?]);

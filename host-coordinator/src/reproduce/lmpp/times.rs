@@ -35,7 +35,7 @@ pub(super) fn table_5(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
     let (mut to_all, mut to_nearest) = (Vec::new(), Vec::new());
     for (location, [lmpp_s, astar_s]) in TABLE_4.into_iter().zip(TABLE_5) {
         let from = laboratory.cell(location)?;
-        let survey = laboratory.as_drawn.survey(from, &mut laboratory.workspace)?;
+        let survey = laboratory.as_drawn.survey(from)?;
         let piles: Vec<_> = survey.lengths().map(|(pile, _)| pile).collect();
         let nearest: Vec<_> = survey.nearest().map(|(pile, _)| pile).into_iter().collect();
         let [lmpp, astar] = measure(laboratory, from, &piles)?;
@@ -58,7 +58,7 @@ pub(super) fn table_5(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
 fn measure(laboratory: &mut Laboratory, from: Cell, piles: &[u16]) -> Result<Pair, Failed> {
     let Laboratory { site, as_drawn, workspace, .. } = laboratory;
     let lmpp = median_cost(|| {
-        let survey = as_drawn.survey(from, workspace)?;
+        let survey = as_drawn.survey(from)?;
         piles.iter().for_each(|&pile| {
             black_box(survey.route_to(pile));
         });
