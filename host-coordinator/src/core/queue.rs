@@ -175,17 +175,20 @@ impl Coordinator {
             // A robot that was not heard since our start cannot hear us either.
             let Some(seen) = self.observed.robots.get(&robot) else { continue };
             let accepted = seen.report.is_some_and(|report| report.accepted == Some(request.id));
-            let goal = match request.place {
-                Place::Waiting => None,
-                Place::Next(pile) => Some(pile),
+            let (goal, sure) = match request.place {
+                Place::Waiting => (None, false),
+                Place::Next(pile) => (Some(pile), true),
+                // While the pile has not answered, nobody sets off for it, and nobody who is on
+                // the way because it was promised turns back.
                 Place::Granted(pile) => {
-                    let held = |phase| matches!(phase, Phase::Held { .. });
-                    self.state.lease(pile).filter(|lease| held(lease.phase)).map(|_| pile)
+                    let lease = self.state.lease(pile).filter(|lease| lease.is_wanted());
+                    let held = lease.is_some_and(|lease| matches!(lease.phase, Phase::Held { .. }));
+                    (lease.map(|_| pile), held)
                 }
             };
             match goal {
                 Some(pile) if accepted && request.assigned == Some(pile) => {}
-                Some(pile) if !accepted => self.assign(turn, robot, &request, pile),
+                Some(pile) if sure && !accepted => self.assign(turn, robot, &request, pile),
                 // It follows an assignment that does not hold any more.
                 _ if accepted => self.tell_to_wait(turn, robot, &request, UnassignedReason::AllTaken),
                 _ => {}
