@@ -13,16 +13,18 @@ use super::{
 };
 use crate::{config::RobotConfig, selection::reach::alert_energy, site::Site};
 
-/// A full battery: small, so that a robot needs a charge about every quarter of an hour.
-const FULL_J: f32 = 80_000.0;
-/// What a metre of driving takes.
-const ENERGY_PER_METRE_J: f32 = 100.0;
-/// What a robot takes all the time.
-const IDLE_W: f64 = 10.0;
+/// A full battery: small, so that a robot needs a charge about every ten minutes.
+const FULL_J: f32 = 120_000.0;
+/// What a metre of driving takes, on top of what a robot takes all the time.
+const DRIVE_J_PER_M: f32 = 100.0;
+/// What a robot's computer and sensors take all the time.
+const IDLE_W: f32 = 60.0;
 /// How fast a robot drives.
-const SPEED_MPS: f64 = 0.8;
-/// Kept on top of a drive across the site (delta of LMPP eq. 3): five minutes of waiting.
-const RESERVE_J: f32 = 3_000.0;
+const SPEED_MPS: f32 = 0.8;
+/// What a metre takes in all, which is what a robot's reach depends on.
+const ENERGY_PER_METRE_J: f32 = DRIVE_J_PER_M + IDLE_W / SPEED_MPS;
+/// Kept on top of a drive across the site (delta of LMPP eq. 3): three minutes of waiting.
+const RESERVE_J: f32 = 180.0 * IDLE_W;
 /// The initial charge, as a share of a full battery: from, to.
 const INITIAL_CHARGE: (f64, f64) = (0.3, 1.0);
 
@@ -58,9 +60,9 @@ impl Fleet {
             let build = Build {
                 tag: tag(id),
                 full_j: FULL_J.into(),
-                idle_w: IDLE_W,
-                energy_per_metre_j: ENERGY_PER_METRE_J.into(),
-                speed_mps: SPEED_MPS,
+                idle_w: IDLE_W.into(),
+                drive_j_per_m: DRIVE_J_PER_M.into(),
+                speed_mps: SPEED_MPS.into(),
             };
             fleet.configs.push(RobotConfig {
                 id,

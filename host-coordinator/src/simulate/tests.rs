@@ -1,105 +1,162 @@
-//! The whole floor without a network: robots and the real pile cores in lockstep, and a dispatcher
-//! that gives every robot that asks the nearest free pile.
+//! The whole site without a network: the real coordinator's core, the real pile cores and the
+//! robots, in lockstep, over a wire in memory that may lose what it carries.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    sync::Arc,
-};
+use std::{collections::BTreeMap, sync::Arc};
 
-use firmware_pile::{ChargingPile, Contactor, Input, Parameters, TagRead};
-use planning::search::{Workspace, dijkstra};
+use firmware_pile::{ChargingPile, Contactor, Parameters, TagRead, To};
 use protocol::*;
 
 use super::{
-    auditor::{Auditor, Sight},
+    auditor::{Auditor, Claim, Sight},
     fleet::Fleet,
     ground::Point,
+    random::Random,
     simulation::STEP,
 };
-use crate::site::Site;
+use crate::{
+    config::Policy,
+    core::{Coordinator, Effect, Input, state::Phase},
+    site::Site,
+};
 
-fn site() -> Arc<Site> {
-    Arc::new(Site::fig7().unwrap())
-}
-
+/// A pile and the end of its wire.
 struct Pile {
     core: ChargingPile,
     closed: bool,
     said: Option<PileState>,
 }
 
-/// A site whose network is a few maps in memory.
-struct Floor {
+/// What goes over the wire, who sent it, and how much of it is lost.
+struct Wire {
+    sequences: BTreeMap<DeviceId, Sequence>,
+    inboxes: BTreeMap<DeviceId, Vec<Frame>>,
+    loss: f64,
+    random: Random,
+}
+
+impl Wire {
+    fn send(&mut self, from: DeviceId, to: DeviceId, message: Message) {
+        let sequence = self.sequences.entry(from).or_default();
+        sequence.0 += 1;
+        let frame = Frame { header: Header::new(from, BootEpoch(1), *sequence), message };
+        if self.random.between(0.0, 1.0) >= self.loss {
+            self.inboxes.entry(to).or_default().push(frame);
+        }
+    }
+
+    fn receive(&mut self, at: DeviceId) -> Vec<Frame> {
+        self.inboxes.remove(&at).unwrap_or_default()
+    }
+}
+
+/// A site whose time the test moves.
+struct Lockstep {
     site: Arc<Site>,
     fleet: Fleet,
     now: Millis,
     piles: BTreeMap<PileId, Pile>,
-    /// What waits for the robots.
-    mail: BTreeMap<RobotId, Vec<Message>>,
-    /// Whom the dispatcher gave which pile, until the pile says that the lease has ended.
-    given: BTreeMap<PileId, RobotId>,
-    next_lease: u32,
-    sequence: u32,
+    coordinator: Coordinator,
+    wire: Wire,
     auditor: Auditor,
-    completed: BTreeSet<LeaseId>,
 }
 
-impl Floor {
-    fn new(seed: u64) -> Self {
-        let site = site();
+impl Lockstep {
+    /// Ten robots on Fig. 7 with only these of its piles, or with all of them if none is named.
+    fn new(seed: u64, piles: &[u16], loss: f64) -> Self {
+        let mut site = Site::fig7().unwrap();
+        site.piles.retain(|pile| piles.is_empty() || piles.contains(&pile.id.0));
+        let site = Arc::new(site);
         let fleet = Fleet::new(&site, 10, seed);
-        let pile = |(&pile, post): (&PileId, &super::world::Post)| {
-            let core = ChargingPile::new(Parameters::new(pile, post.power_w as f32));
-            (pile, Pile { core, closed: false, said: None })
+        let pile = |pile: &crate::site::SitePile| {
+            let core = ChargingPile::new(Parameters::new(pile.id, pile.power_w));
+            (pile.id, Pile { core, closed: false, said: None })
         };
-        let piles = fleet.world.posts.iter().map(pile).collect();
-        Self {
-            site,
-            fleet,
-            now: Millis(0),
-            piles,
-            mail: BTreeMap::new(),
-            given: BTreeMap::new(),
-            next_lease: 1,
-            sequence: 0,
-            auditor: Auditor::default(),
-            completed: BTreeSet::new(),
-        }
+        let piles = site.piles.iter().map(pile).collect();
+        let mut coordinator = Coordinator::recover(Arc::clone(&site), Policy::default(), &fleet.configs, &[]);
+        coordinator.step(SiteMillis(0), Input::Started);
+        let (sequences, inboxes) = (BTreeMap::new(), BTreeMap::new());
+        let wire = Wire { sequences, inboxes, loss, random: Random::new(seed, 1_000) };
+        Self { site, fleet, now: Millis(0), piles, coordinator, wire, auditor: Auditor::default() }
     }
 
-    fn site_now(&self) -> SiteMillis {
-        SiteMillis(self.now.0)
+    fn run(&mut self, minutes: u32) {
+        (0..minutes * 60_000 / STEP.0).for_each(|_| self.step());
     }
 
     fn step(&mut self) {
         self.now = self.now.after(STEP);
         let closed = self.piles.iter().filter(|(_, pile)| pile.closed).map(|(&id, _)| id).collect();
         self.fleet.world.step(STEP, &closed);
-        let ids: Vec<PileId> = self.piles.keys().copied().collect();
-        for id in ids {
-            for (tag, rssi_dbm) in self.fleet.world.read(id) {
-                self.input(id, Input::Tag(TagRead { tag, rssi_dbm }));
+        let frames = self.wire.receive(DeviceId::Coordinator).into_iter().map(Input::Frame);
+        frames.chain([Input::Tick]).for_each(|input| self.coordinate(input));
+        let piles: Vec<PileId> = self.piles.keys().copied().collect();
+        piles.into_iter().for_each(|pile| self.step_pile(pile));
+        let robots: Vec<RobotId> = self.fleet.robots.keys().copied().collect();
+        robots.into_iter().for_each(|robot| self.step_robot(robot));
+        self.audit();
+    }
+
+    fn coordinate(&mut self, input: Input) {
+        for effect in self.coordinator.step(SiteMillis(self.now.0), input).effects {
+            if let Effect::Send { to, message } = effect {
+                self.wire.send(DeviceId::Coordinator, to, message);
             }
-            let closed = self.piles[&id].closed;
-            self.input(id, Input::ReaderIdle);
-            self.input(id, Input::ContactorFeedback { closed });
         }
-        let mut asked = Vec::new();
-        for (&id, robot) in &mut self.fleet.robots {
-            let sensed = self.fleet.world.sense(id).unwrap();
-            let outputs = robot.step(self.now, &sensed, &self.mail.remove(&id).unwrap_or_default());
-            let body = self.fleet.world.bodies.get_mut(&id).unwrap();
-            body.moving = outputs.moving;
-            if let Some(route) = outputs.route {
-                body.route = route;
+    }
+
+    fn step_pile(&mut self, id: PileId) {
+        use firmware_pile::Input;
+        let pile = self.piles.get_mut(&id).unwrap();
+        let frames = self.wire.receive(DeviceId::Pile(id));
+        let reads = self.fleet.world.read(id);
+        let mut inputs: Vec<Input<'_>> = frames.iter().map(Input::Frame).collect();
+        inputs.extend(reads.iter().map(|&(tag, rssi_dbm)| Input::Tag(TagRead { tag, rssi_dbm })));
+        inputs.extend([Input::ReaderIdle, Input::ContactorFeedback { closed: pile.closed }]);
+        for input in inputs {
+            let outputs = pile.core.step(self.now, input);
+            pile.closed = outputs.contactor == Contactor::Closed;
+            for outgoing in outputs.messages {
+                if let Message::PileState(state) = &outgoing.message {
+                    pile.said = Some(*state);
+                }
+                match outgoing.to {
+                    To::Coordinator => {
+                        self.wire.send(DeviceId::Pile(id), DeviceId::Coordinator, outgoing.message);
+                    }
+                    To::Peers => {
+                        for other in self.site.piles.iter().map(|pile| pile.id).filter(|&other| other != id) {
+                            let to = DeviceId::Pile(other);
+                            self.wire.send(DeviceId::Pile(id), to, outgoing.message.clone());
+                        }
+                    }
+                }
             }
-            asked.extend(outputs.messages.into_iter().filter_map(|message| match message {
-                Message::ChargeRequest(request) => Some((id, request)),
-                _ => None,
-            }));
         }
-        for (robot, request) in asked {
-            self.dispatch(robot, request);
+    }
+
+    fn step_robot(&mut self, id: RobotId) {
+        let device = DeviceId::Robot(id);
+        let heard: Vec<Message> = self.wire.receive(device).into_iter().map(|frame| frame.message).collect();
+        let sensed = self.fleet.world.sense(id).unwrap();
+        let outputs = self.fleet.robots.get_mut(&id).unwrap().step(self.now, &sensed, &heard);
+        let body = self.fleet.world.bodies.get_mut(&id).unwrap();
+        body.moving = outputs.moving;
+        if let Some(route) = outputs.route {
+            body.route = route;
+        }
+        for message in outputs.messages {
+            self.wire.send(device, DeviceId::Coordinator, message);
+        }
+        assert!((0.0..=body.build.full_j).contains(&body.energy_j), "robot {id}: {body:?}");
+        let cell = self.site.cell_of(body.position.into()).unwrap();
+        assert!(self.site.grid.is_free(cell), "robot {id} is in a wall at {cell}");
+    }
+
+    fn audit(&mut self) {
+        for (&pile, record) in &self.coordinator.state().piles {
+            if let Some(lease) = record.lease.filter(|lease| matches!(lease.phase, Phase::Held { .. })) {
+                self.auditor.hear(Claim { at: self.now, pile, granted: lease.name.robot });
+            }
         }
         let world = &self.fleet.world;
         let sights = self.piles.iter().filter_map(|(&id, pile)| {
@@ -109,117 +166,59 @@ impl Floor {
         self.auditor.look(self.now, &sights.collect());
     }
 
-    fn input(&mut self, id: PileId, input: Input<'_>) {
-        let site_now = self.site_now();
-        let pile = self.piles.get_mut(&id).unwrap();
-        let outputs = pile.core.step(self.now, input);
-        pile.closed = outputs.contactor == Contactor::Closed;
-        let mut answers = Vec::new();
-        for outgoing in outputs.messages {
-            match outgoing.message {
-                Message::PileState(state) => {
-                    pile.said = Some(state);
-                    if let Some(ended) = state.ended.filter(|_| state.holder.is_none()) {
-                        self.given.remove(&id);
-                        if ended.reason == EndReason::Completed {
-                            self.completed.insert(ended.lease.lease);
-                        }
-                    }
-                }
-                Message::TimeRequest(TimeRequest { asked_at }) => {
-                    answers.push(Message::TimeSync(TimeSync { asked_at, site_now }));
-                }
-                _ => {}
-            }
-        }
-        for answer in answers {
-            self.say(id, answer);
-        }
-    }
-
-    fn say(&mut self, pile: PileId, message: Message) {
-        self.sequence += 1;
-        let header = Header::new(DeviceId::Coordinator, BootEpoch(1), Sequence(self.sequence));
-        self.input(pile, Input::Frame(&Frame { header, message }));
-    }
-
-    /// The nearest pile that is free, and the way there.
-    fn dispatch(&mut self, robot: RobotId, request: ChargeRequest) {
-        let start = self.site.cell_of(request.position).unwrap();
-        let mut workspace = Workspace::default();
-        let ways = dijkstra(&self.site.grid, self.site.moves, start, &[], &mut workspace).unwrap();
-        let free = self.site.piles.iter().filter(|pile| {
-            self.piles[&pile.id].core.availability() == Availability::Free
-                && !self.given.contains_key(&pile.id)
-        });
-        let Some(pile) = free.min_by_key(|pile| ways.length_to(pile.cell)) else { return };
-        let path = ways.path_to(pile.cell).unwrap();
-        let waypoints: Vec<Position> =
-            path.waypoints().iter().map(|&cell| self.site.position(cell)).collect();
-        for (part, points) in waypoints.chunks(limits::WAYPOINTS_PER_PART).enumerate() {
-            self.mail.entry(robot).or_default().push(Message::Assignment(Assignment {
-                request: request.request,
-                pile: pile.id,
-                total: waypoints.len() as u16,
-                first: (part * limits::WAYPOINTS_PER_PART) as u16,
-                waypoints: points.iter().copied().collect(),
-            }));
-        }
-        let (id, body) = (pile.id, &self.fleet.world.bodies[&robot]);
-        let grant = Grant {
-            head: CommandHead {
-                id: CommandId(self.next_lease),
-                valid_until: self.site_now().after(DurationMs(9_000)),
-            },
-            lease: LeaseRef { epoch: Epoch(1), lease: LeaseId(self.next_lease), robot },
-            tag: body.build.tag,
-            expiry: self.site_now().after(DurationMs(1_200_000)),
-            energy: EnergyJ::clamped((body.build.full_j - body.energy_j) as f32),
-        };
-        self.next_lease += 1;
-        self.given.insert(id, robot);
-        self.say(id, Message::Grant(grant));
-    }
-
     /// Everything that can be seen of the robots.
     fn picture(&self) -> Vec<(Point, f64, Activity)> {
         let bodies = self.fleet.world.bodies.iter();
         bodies.map(|(id, body)| (body.position, body.energy_j, self.fleet.robots[id].activity())).collect()
     }
+
+    /// Charges completed, after a check that nothing has gone wrong.
+    fn charges(&self) -> u64 {
+        let violations: Vec<_> = self.auditor.violations().map(ToString::to_string).collect();
+        assert_eq!(violations, Vec::<String>::new());
+        let picture = self.picture();
+        assert!(picture.iter().all(|(.., activity)| *activity != Activity::Stranded), "{picture:?}");
+        self.coordinator.state().totals.charges_completed
+    }
 }
 
 #[test]
-fn ten_robots_keep_one_another_charged_for_half_an_hour() {
-    for seed in 0..4 {
-        let mut floor = Floor::new(seed);
-        for _ in 0..30 * 60 * 10 {
-            floor.step();
-            for (id, body) in &floor.fleet.world.bodies {
-                assert!((0.0..=body.build.full_j).contains(&body.energy_j), "robot {id}: {body:?}");
-                let cell = floor.site.cell_of(body.position.into()).unwrap();
-                assert!(floor.site.grid.is_free(cell), "robot {id} is in a wall at {cell}");
-            }
-        }
-        assert_eq!(floor.auditor.violations().count(), 0, "{:?}", floor.auditor);
-        let activities = floor.picture();
-        let stranded = activities.iter().filter(|(.., activity)| *activity == Activity::Stranded).count();
-        assert_eq!(stranded, 0, "seed {seed}: {activities:?}");
-        assert!(floor.completed.len() >= 10, "seed {seed}: {} charges", floor.completed.len());
+fn ten_robots_stay_charged_for_half_an_hour() {
+    for seed in 0..3 {
+        let mut site = Lockstep::new(seed, &[], 0.0);
+        site.run(30);
+        let charges = site.charges();
+        assert!(charges >= 10, "seed {seed}: {charges} charges");
     }
+}
+
+#[test]
+fn robots_queue_where_piles_are_scarce_and_everyone_is_served() {
+    let mut site = Lockstep::new(1, &[2, 7, 8, 13], 0.0);
+    site.run(60);
+    let charges = site.charges();
+    let totals = site.coordinator.state().totals;
+    assert!(totals.worst_wait > DurationMs(30_000), "nobody had to queue: {totals:?}");
+    assert!(charges >= 10, "{totals:?}");
+}
+
+#[test]
+fn a_wire_that_loses_every_fifth_frame_delays_charges_and_spoils_none() {
+    let mut site = Lockstep::new(1, &[], 0.2);
+    site.run(30);
+    let charges = site.charges();
+    assert!(charges >= 10, "{charges} charges");
 }
 
 #[test]
 fn a_seed_gives_the_same_run_every_time_and_another_seed_another() {
     let run = |seed| {
-        let mut floor = Floor::new(seed);
-        let mut pictures = Vec::new();
-        for second in 0..300 {
-            (0..10).for_each(|_| floor.step());
-            if second % 10 == 0 {
-                pictures.push(floor.picture());
-            }
-        }
-        pictures
+        let mut site = Lockstep::new(seed, &[], 0.1);
+        let minutes = (0..5).map(|_| {
+            site.run(1);
+            site.picture()
+        });
+        minutes.collect::<Vec<_>>()
     };
     assert_eq!(run(7), run(7));
     assert_ne!(run(7), run(8));

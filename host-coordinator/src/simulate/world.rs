@@ -35,7 +35,7 @@ pub struct Build {
     /// What its computer and sensors take all the time, in watts.
     pub idle_w: f64,
     /// What a metre of driving takes on top, in joules.
-    pub energy_per_metre_j: f64,
+    pub drive_j_per_m: f64,
     /// How fast it drives, in metres a second.
     pub speed_mps: f64,
 }
@@ -69,11 +69,11 @@ impl Body {
         if !self.moving {
             return;
         }
-        let range_m = self.energy_j / self.build.energy_per_metre_j;
+        let range_m = self.energy_j / self.build.drive_j_per_m;
         let distance_m = range_m.min(self.build.speed_mps * seconds);
         let (position, driven_m) = follow(self.position, &mut self.route, distance_m);
         self.position = position;
-        self.energy_j = (self.energy_j - driven_m * self.build.energy_per_metre_j).max(0.0);
+        self.energy_j = (self.energy_j - driven_m * self.build.drive_j_per_m).max(0.0);
     }
 }
 
@@ -178,7 +178,7 @@ mod tests {
     use super::*;
 
     const BUILD: Build =
-        Build { tag: TagId([7; 12]), full_j: 1_000.0, idle_w: 1.0, energy_per_metre_j: 10.0, speed_mps: 0.5 };
+        Build { tag: TagId([7; 12]), full_j: 1_000.0, idle_w: 1.0, drive_j_per_m: 10.0, speed_mps: 0.5 };
     const PILE: PileId = PileId(1);
     const ROBOT: RobotId = RobotId(1);
     const OTHER: RobotId = RobotId(2);
