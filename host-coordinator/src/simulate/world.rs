@@ -64,6 +64,12 @@ impl Body {
         Self { build, position, energy_j, route: Route::new(), moving: false, contacts_live: false }
     }
 
+    /// Whether it stands on these contacts. Whoever drives over them does not touch them.
+    fn touches(&self, contacts: Point) -> bool {
+        let stands = !self.moving || self.route.is_empty();
+        stands && self.position.distance_m(contacts) < CONTACT_M
+    }
+
     fn drive(&mut self, seconds: f64) {
         self.energy_j = (self.energy_j - self.build.idle_w * seconds).max(0.0);
         if !self.moving {
@@ -116,9 +122,8 @@ impl World {
         let seconds = f64::from(time.0) / 1000.0;
         for body in self.bodies.values_mut() {
             body.drive(seconds);
-            let post = self.posts.iter().find(|(pile, post)| {
-                closed.contains(pile) && post.position.distance_m(body.position) < CONTACT_M
-            });
+            let post =
+                self.posts.iter().find(|(pile, post)| closed.contains(pile) && body.touches(post.position));
             body.contacts_live = post.is_some();
             if let Some((_, post)) = post {
                 body.energy_j = (body.energy_j + post.power_w * seconds).min(body.build.full_j);
@@ -156,12 +161,12 @@ impl World {
         self.bodies.values().filter_map(heard).collect()
     }
 
-    /// The robots that touch `pile`'s contacts.
+    /// The robots that stand on `pile`'s contacts.
     pub fn at_contacts(&self, pile: PileId) -> impl Iterator<Item = RobotId> {
-        let post = self.posts.get(&pile).map(|post| post.position);
+        let post = self.posts.get(&pile);
         self.bodies
             .iter()
-            .filter(move |(_, body)| post.is_some_and(|post| post.distance_m(body.position) < CONTACT_M))
+            .filter(move |(_, body)| post.is_some_and(|post| body.touches(post.position)))
             .map(|(&robot, _)| robot)
     }
 }
@@ -209,6 +214,16 @@ mod tests {
             world.step(SECOND, &[PILE].into());
         }
         assert_eq!(world.bodies[&ROBOT].energy_j, 1_000.0);
+    }
+
+    #[test]
+    fn a_robot_that_drives_over_live_contacts_is_not_charged() {
+        let mut world = world(&[(ROBOT, 0.0)]);
+        let body = world.bodies.get_mut(&ROBOT).unwrap();
+        (body.route, body.moving) = ([point(3.0)].into(), true);
+        world.step(DurationMs(100), &[PILE].into());
+        assert!(!world.sense(ROBOT).unwrap().contacts_live);
+        assert_eq!(world.at_contacts(PILE).count(), 0);
     }
 
     #[test]
