@@ -1,6 +1,9 @@
 //! `chargehand demo`.
 
-use std::io::{IsTerminal as _, Write as _};
+use std::{
+    io::{IsTerminal as _, Write as _},
+    time::Instant,
+};
 
 use clap::Args;
 use host_coordinator::{
@@ -57,6 +60,7 @@ impl Demo {
         let end = duration.map(|SimulatedTime(duration)| Millis(duration.0.into()));
         say("running; Ctrl-C ends it with a report");
 
+        let begun = Instant::now();
         let mut display = Display::new(end);
         let ended = tokio::select! {
             ended = site.run(end, |progress| display.show(&progress)) => ended,
@@ -64,6 +68,9 @@ impl Demo {
         };
         display.clear();
         ended?;
+        let (simulated, real) = (site.now(), begun.elapsed().as_secs_f64());
+        let speed = simulated.0 as f64 / 1_000.0 / real;
+        say(&format!("{} simulated in {real:.1} s, {speed:.0} times as fast as real time", clock(simulated)));
         let (report, violations) = site.finish().await;
         violations.iter().for_each(|violation| say(&format!("double grant: {violation}")));
         if json { out_json(&report) } else { out(&report.to_string()) }
@@ -124,14 +131,17 @@ impl Display {
     }
 }
 
+/// Hours, minutes and seconds.
+fn clock(now: Millis) -> String {
+    let seconds = now.0 / 1_000;
+    format!("{:02}:{:02}:{:02}", seconds / 3_600, seconds / 60 % 60, seconds % 60)
+}
+
 fn line(progress: &Progress) -> String {
-    let seconds = progress.now.0 / 1_000;
     let count = |activity| progress.robots.iter().filter(|&&robot| robot == activity).count();
     format!(
-        "{:02}:{:02}:{:02}  {} working, {} waiting, {} approaching, {} docked, {} stranded; {} charges completed",
-        seconds / 3_600,
-        seconds / 60 % 60,
-        seconds % 60,
+        "{}  {} working, {} waiting, {} approaching, {} docked, {} stranded; {} charges completed",
+        clock(progress.now),
         count(Activity::Working),
         count(Activity::Waiting),
         count(Activity::Approaching),

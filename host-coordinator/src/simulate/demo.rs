@@ -135,6 +135,12 @@ impl Demo {
         self.daemon.addresses().http
     }
 
+    /// The simulated time since the start.
+    #[must_use]
+    pub const fn now(&self) -> Millis {
+        self.simulation.now()
+    }
+
     /// Runs until `end`, or for ever, and tells how far it is after every pause. Can be dropped
     /// at any await and called again.
     ///
