@@ -14,7 +14,7 @@ use crate::{
     TICK, TICK_S,
     battery::{Battery, Tasks},
     commands::{Answer, Commands},
-    control::{WheelControl, WheelState},
+    control::{ControlLaw, WheelControl, WheelState},
     gyro::Gyro,
     kinematics::{Kinematics, Velocity, WheelSpeeds, slip_speed},
     limits,
@@ -102,7 +102,10 @@ pub struct Chassis {
     motion: Motion,
     commands: Commands,
     ramp: Ramp,
+    /// The ramp's last step, in m/s.
+    step: WheelSpeeds,
     wheels: [WheelObserver; 4],
+    law: ControlLaw,
     controls: [WheelControl; 4],
     gyro: Gyro,
     odometer: Odometer,
@@ -125,7 +128,7 @@ impl Chassis {
     /// [`ParameterError`] names a parameter it cannot work with.
     pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
         parameters.check()?;
-        let Parameters { geometry, start, ramp, noise, pack, .. } = parameters;
+        let Parameters { geometry, start, ramp, noise, pack, motor, gains, .. } = parameters;
         let reason = match start {
             Start::PowerOn => StopReason::Started,
             Start::Watchdog => StopReason::Watchdog,
@@ -139,6 +142,8 @@ impl Chassis {
             motion: Motion::Braked { reason },
             commands: Commands::new(),
             ramp: Ramp::new(ramp),
+            step: WheelSpeeds::zeros(),
+            law: ControlLaw::new(motor, gains),
             wheels: [const { WheelObserver::new() }; 4],
             controls: [const { WheelControl::new() }; 4],
             gyro: Gyro::new(),
@@ -201,36 +206,35 @@ impl Chassis {
 
         let battery = sensors.battery.map(|sample| (sample.voltage_v, sample.current_a));
         self.battery.update(battery, elapsed_s);
-        if let Motion::Driving { until, .. } = self.motion
-            && self.now >= until
-        {
-            let damaged = self.discarded > self.discarded_before;
-            self.motion.stop_for(if damaged { StopReason::LinkCorrupted } else { StopReason::LinkSilent });
-        }
-        let step = self.advance_ramp();
-        let counted = self.measure(sensors, &step, elapsed_s);
+        let counted = self.measure(sensors, elapsed_s);
         if let Some(reason) = self.check(sensors, counted) {
             self.brake(reason);
         }
-        self.command_motors(&step);
+        self.settle_motion();
+        self.step = self.ramp.advance(&self.motion.target());
+        self.command_motors();
     }
 
-    /// One step of the set-points. A robot whose set-points have reached zero brakes.
-    fn advance_ramp(&mut self) -> WheelSpeeds {
-        let target = self.motion.target();
-        if let Motion::Stopping { reason } = self.motion
-            && *self.ramp.setpoints() == WheelSpeeds::zeros()
-        {
-            self.brake(reason);
+    /// Ends what is over: a command whose time is up, and a ramp to a stop.
+    fn settle_motion(&mut self) {
+        match self.motion {
+            Motion::Driving { until, .. } if self.now >= until => {
+                let damaged = self.discarded > self.discarded_before;
+                let reason = if damaged { StopReason::LinkCorrupted } else { StopReason::LinkSilent };
+                self.motion.stop_for(reason);
+            }
+            Motion::Stopping { reason } if *self.ramp.setpoints() == WheelSpeeds::zeros() => {
+                self.brake(reason);
+            }
+            _ => {}
         }
-        self.ramp.advance(&target)
     }
 
     /// Takes in wheels and gyroscope, and moves the odometer on. Answers which wheels have counted.
-    fn measure(&mut self, sensors: &Sensors, step: &WheelSpeeds, elapsed_s: f32) -> [bool; 4] {
+    fn measure(&mut self, sensors: &Sensors, elapsed_s: f32) -> [bool; 4] {
         let metres_per_count = self.parameters.geometry.metres_per_count();
         let mut counts = [0; 4];
-        let each = counts.iter_mut().zip(&mut self.wheels).zip(sensors.encoders).zip(step.iter());
+        let each = counts.iter_mut().zip(&mut self.wheels).zip(sensors.encoders).zip(self.step.iter());
         for (((counts, wheel), counter), &step_mps) in each {
             *counts = wheel.update(counter, metres_per_count, step_mps, elapsed_s);
         }
@@ -239,9 +243,9 @@ impl Chassis {
         let gyro_radps = self.gyro.update(sensors.gyro_radps, rest);
         let speeds = self.speeds();
         self.velocity = self.kinematics.twist(&speeds);
-        let turn_mps = gyro_radps
-            .map_or(0.0, |rate| (rate - self.velocity.z).abs() * self.parameters.geometry.lever_arm_m());
-        self.monitor.check_grip(turn_mps.max(slip_speed(&speeds).abs()));
+        let arm_m = self.parameters.geometry.lever_arm_m();
+        let turn_mps = gyro_radps.map_or(0.0, |rate| (rate - self.velocity.z) * arm_m);
+        self.monitor.check_grip(slip_speed(&speeds), turn_mps);
 
         let wheels_m = WheelSpeeds::from(counts.map(|counts| f32::from(counts) * metres_per_count));
         let gyro_rad = gyro_radps.map(|rate| rate * elapsed_s);
@@ -258,11 +262,13 @@ impl Chassis {
             Motors::Brake => [0.0; 4],
             Motors::Drive(duties) => duties,
         };
-        let mut wheels = [WheelSample { duty: 0.0, counted: true, driver_fault: false }; 4];
-        let each = wheels.iter_mut().zip(duties).zip(counted).zip(sensors.driver_faults);
-        for (((wheel, duty), counted), driver_fault) in each {
-            *wheel = WheelSample { duty, counted, driver_fault };
-        }
+        let speeds = self.speeds();
+        let wheels = core::array::from_fn(|wheel| WheelSample {
+            duty: duties[wheel],
+            speed_mps: speeds[wheel],
+            counted: counted[wheel],
+            driver_fault: sensors.driver_faults[wheel],
+        });
         let current_a = self.battery.state().filter(|_| !self.battery.is_silent()).map(|b| b.current.get());
         self.monitor.check(wheels, current_a, &self.parameters.motor, &self.parameters.pack)
     }
@@ -270,16 +276,17 @@ impl Chassis {
     fn brake(&mut self, reason: StopReason) {
         self.motion.brake_for(reason);
         self.ramp.reset();
+        self.step = WheelSpeeds::zeros();
         self.controls.iter_mut().for_each(WheelControl::reset);
         self.motors = Motors::Brake;
     }
 
-    fn command_motors(&mut self, step: &WheelSpeeds) {
+    fn command_motors(&mut self) {
         if let Motion::Braked { .. } = self.motion {
             self.motors = Motors::Brake;
             return;
         }
-        let Parameters { motor, gains, .. } = &self.parameters;
+        let motor = &self.parameters.motor;
         let boost = self
             .battery
             .state()
@@ -287,10 +294,10 @@ impl Chassis {
         let mut duties = [0.0; 4];
         let each = duties.iter_mut().zip(&mut self.controls).zip(&self.wheels);
         for (((duty, control), wheel), (&setpoint_mps, &step_mps)) in
-            each.zip(self.ramp.setpoints().iter().zip(step.iter()))
+            each.zip(self.ramp.setpoints().iter().zip(self.step.iter()))
         {
             let wheel = WheelState { setpoint_mps, step_mps, speed_mps: wheel.speed_mps() };
-            *duty = control.duty(wheel, motor, gains, boost);
+            *duty = control.duty(&self.law, wheel, boost);
         }
         self.motors = Motors::Drive(duties);
     }
@@ -308,9 +315,8 @@ impl Chassis {
         let boot = frame.header.boot;
         match &frame.message {
             Message::Hello(_) => {
-                if self.voice.greeted(self.now) {
-                    say(messages, Message::Hello(self.voice.hello(self.now)));
-                }
+                let wanted = self.voice.greeted(self.now);
+                messages.extend(wanted.then(|| Message::Hello(self.voice.hello(self.now))));
             }
             Message::Drive(drive) => {
                 self.obey(boot, drive.command, messages, |chassis| (chassis.drive(drive), None));

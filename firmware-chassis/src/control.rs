@@ -1,9 +1,11 @@
 //! The duty that makes a wheel follow its set-point: what the motor needs for it by its model
 //! (feed-forward), and a PI control of what is left, with anti-windup.
 //!
-//! With the model of [`Motor`], tau v' + v = v_free (duty - friction), the feed-forward alone
-//! follows a ramp without lag. What is left decays by tau s² + (1 + v_free kp) s + v_free ki = 0:
-//! with the default gains s = -4.7/s and -17.8/s, both real, so that nothing rings.
+//! By the model of [`Motor`], tau v' + v = v_free (duty - friction), a duty held for a tick T takes
+//! a wheel from speed a to b if v_free (duty - friction) = a + (b - a) / (1 - exp(-T / tau)). That is
+//! the feed-forward: alone, it follows a ramp without lag. What the model gets wrong decays by
+//! tau s² + (1 + v_free kp) s + v_free ki = 0: with the default gains s = -4.7/s and -17.8/s, both
+//! real, so that nothing rings.
 
 use crate::{
     TICK_S,
@@ -14,7 +16,7 @@ use crate::{
 /// at rest, in m/s.
 const REST_MPS: f32 = 0.005;
 
-/// One wheel's control.
+/// One wheel's control: what its model was found to get wrong, as a duty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WheelControl {
     integral: f32,
@@ -23,12 +25,29 @@ pub struct WheelControl {
 /// What a wheel shall do and does.
 #[derive(Clone, Copy, Debug)]
 pub struct WheelState {
-    /// Where the ramp is, in m/s.
+    /// The speed to reach by the end of the tick that begins, in m/s.
     pub setpoint_mps: f32,
-    /// The ramp's last step, in m/s.
+    /// By how much that is more than the last, in m/s.
     pub step_mps: f32,
-    /// The measured speed, in m/s.
+    /// The measured speed at the tick's beginning, in m/s.
     pub speed_mps: f32,
+}
+
+/// The law that all wheels follow.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlLaw {
+    motor: Motor,
+    gains: Gains,
+    /// 1 / (1 - exp(-T / tau)): how much farther than the tick's step the motor has to aim.
+    aim: f32,
+}
+
+impl ControlLaw {
+    /// The law for these motors.
+    #[must_use]
+    pub fn new(motor: Motor, gains: Gains) -> Self {
+        Self { motor, gains, aim: 1.0 / (1.0 - libm::expf(-TICK_S / motor.time_constant_s)) }
+    }
 }
 
 impl WheelControl {
@@ -44,17 +63,18 @@ impl WheelControl {
     }
 
     /// The duty for this tick, -1 to 1. `boost` is the nominal over the present supply voltage.
-    pub fn duty(&mut self, wheel: WheelState, motor: &Motor, gains: &Gains, boost: f32) -> f32 {
+    pub fn duty(&mut self, law: &ControlLaw, wheel: WheelState, boost: f32) -> f32 {
+        let ControlLaw { motor, gains, aim } = law;
         let WheelState { setpoint_mps, step_mps, speed_mps } = wheel;
         if setpoint_mps == 0.0 && speed_mps.abs() < REST_MPS {
             self.reset();
             return 0.0;
         }
         let friction = if setpoint_mps == 0.0 { 0.0 } else { motor.friction_duty.copysign(setpoint_mps) };
-        let following = setpoint_mps + motor.time_constant_s * step_mps / TICK_S;
-        let error = setpoint_mps - speed_mps;
-        let wanted = boost
-            * (following / motor.free_speed_mps + friction + gains.proportional * error + self.integral);
+        let due_mps = setpoint_mps - step_mps;
+        let error = due_mps - speed_mps;
+        let forward = (due_mps + aim * step_mps) / motor.free_speed_mps + friction;
+        let wanted = boost * (forward + gains.proportional * error + self.integral);
         let duty = wanted.clamp(-1.0, 1.0);
         // Anti-windup: at the limit, only what leads back from it is summed up.
         if wanted == duty || (wanted - duty) * error < 0.0 {
@@ -74,8 +94,12 @@ mod tests {
 
     const ROBOT: Parameters = Parameters::new(RobotId(1));
 
+    fn law() -> ControlLaw {
+        ControlLaw::new(ROBOT.motor, ROBOT.gains)
+    }
+
     fn duty(control: &mut WheelControl, setpoint_mps: f32, speed_mps: f32) -> f32 {
-        control.duty(WheelState { setpoint_mps, step_mps: 0.0, speed_mps }, &ROBOT.motor, &ROBOT.gains, 1.0)
+        control.duty(&law(), WheelState { setpoint_mps, step_mps: 0.0, speed_mps }, 1.0)
     }
 
     #[test]
@@ -86,9 +110,22 @@ mod tests {
     }
 
     #[test]
+    fn on_a_ramp_the_model_s_motor_reaches_every_set_point_at_the_end_of_its_tick() {
+        let (mut control, mut speed) = (WheelControl::new(), 0.0f32);
+        for tick in 1..=50_u8 {
+            let setpoint_mps = 0.01 * f32::from(tick);
+            let wheel = WheelState { setpoint_mps, step_mps: 0.01, speed_mps: speed };
+            let duty = control.duty(&law(), wheel, 1.0) - ROBOT.motor.friction_duty;
+            let end = ROBOT.motor.free_speed_mps * duty;
+            speed = end + (speed - end) * (-TICK_S / ROBOT.motor.time_constant_s).exp();
+            assert!((speed - setpoint_mps).abs() < 1e-5, "tick {tick}: {speed}");
+        }
+    }
+
+    #[test]
     fn a_lower_supply_gets_a_higher_duty() {
         let wheel = WheelState { setpoint_mps: 0.67, step_mps: 0.0, speed_mps: 0.67 };
-        let low = WheelControl::new().duty(wheel, &ROBOT.motor, &ROBOT.gains, 12.0 / 10.0);
+        let low = WheelControl::new().duty(&law(), wheel, 12.0 / 10.0);
         assert!((low - 0.56 * 1.2).abs() < 1e-6);
     }
 
@@ -121,7 +158,7 @@ mod tests {
             let mut control = WheelControl::new();
             for (setpoint_mps, step_mps, speed_mps) in wheels {
                 let wheel = WheelState { setpoint_mps, step_mps, speed_mps };
-                let duty = control.duty(wheel, &ROBOT.motor, &ROBOT.gains, boost);
+                let duty = control.duty(&law(), wheel, boost);
                 prop_assert!((-1.0..=1.0).contains(&duty));
             }
         }

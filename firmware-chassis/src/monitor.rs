@@ -3,10 +3,14 @@
 //! | fault | noticed when | goes when |
 //! |---|---|---|
 //! | driver | the motor's driver says so | it no longer does |
-//! | wheel stalled | a wheel is pushed for [`PUSHED_TICKS`] without a count, and draws the current of a motor that stands | released |
-//! | encoder stuck | the same, but it draws less than half of that | released |
-//! | slipping | the wheels contradict each other, or the gyroscope, by [`SLIP_MPS`] for [`SLIP_TICKS`] | they agree for [`GRIP_TICKS`] |
+//! | wheel stalled | a wheel is pushed for [`PUSHED_TICKS`] without a count, and draws the current of a motor that stands, or the current is not known | released |
+//! | encoder stuck | the same, but it draws the current of a motor that turns | released |
+//! | slipping | the wheels contradict each other by [`SLIP_MPS`], or the gyroscope by [`TURN_SLIP_MPS`], for [`SLIP_TICKS`] | they agree for [`GRIP_TICKS`] |
 //! | gyroscope, battery silent | no sensible sample for 0.2 s, 1 s | the next one |
+//!
+//! Only the battery's current is measured. What the other wheels draw by the model of their motors is
+//! taken from it, and the rest compared with the middle between what this wheel draws if it stands
+//! and if it turns, over all ticks in which it is pushed.
 //!
 //! A wheel is pushed if its duty would surely turn a free one ([`PUSH_DUTY`] above friction). The
 //! integral of the control sees to it that a wheel that does not follow is pushed sooner or later.
@@ -17,12 +21,15 @@ use protocol::{ChassisFault, StopReason, Wheel, limits::CHASSIS_FAULTS};
 use crate::parameters::{Motor, Pack};
 
 /// A free wheel turns at this duty above what friction eats.
-pub const PUSH_DUTY: f32 = 0.1;
+pub const PUSH_DUTY: f32 = 0.2;
 /// A pushed wheel has counted by then: 0.25 s, three time constants of its motor.
 pub const PUSHED_TICKS: u16 = 25;
-/// A contradiction between wheels, or between them and the gyroscope at the wheels, that
-/// is a slip, in m/s: above what control leaves between wheels of unlike friction.
+/// Wheels that contradict each other by this slip, in m/s: it is above what control leaves between
+/// wheels of unlike friction.
 pub const SLIP_MPS: f32 = 0.05;
+/// So do wheels whose turn, at their lever arm, is by this unlike the gyroscope's, in m/s: a wheel
+/// that loses a sixth of 0.5 m/s.
+pub const TURN_SLIP_MPS: f32 = 0.02;
 /// For so many ticks.
 pub const SLIP_TICKS: u16 = 5;
 /// So many ticks without one, and the wheels have grip again.
@@ -36,16 +43,34 @@ pub const WHEELS: [Wheel; 4] = [Wheel::RearLeft, Wheel::FrontLeft, Wheel::FrontR
 pub struct WheelSample {
     /// The duty during the tick.
     pub duty: f32,
+    /// Its speed, in m/s.
+    pub speed_mps: f32,
     /// Whether its encoder has counted.
     pub counted: bool,
     /// Whether its driver reports a fault.
     pub driver_fault: bool,
 }
 
+impl WheelSample {
+    /// What it draws from the battery by the model of its motor, in A: a driver passes on the
+    /// share of the motor's current that its duty is.
+    fn model_a(&self, motor: &Motor) -> f32 {
+        (self.duty * (self.duty - self.speed_mps / motor.free_speed_mps) * motor.stall_current_a).max(0.0)
+    }
+}
+
+/// A wheel that is pushed and does not count.
+#[derive(Clone, Copy, Debug, Default)]
+struct Pushed {
+    ticks: u16,
+    /// The sum of the currents that speak for a wheel that stands, less those against, in A.
+    for_standing_a: f32,
+}
+
 /// What is wrong, and what is about to be.
 #[derive(Clone, Debug, Default)]
 pub struct Monitor {
-    pushed: [u16; 4],
+    pushed: [Pushed; 4],
     held: [Option<StopReason>; 4],
     driver: [bool; 4],
     contradicted: u16,
@@ -56,15 +81,8 @@ pub struct Monitor {
 impl Monitor {
     /// All is well.
     #[must_use]
-    pub const fn new() -> Self {
-        Self {
-            pushed: [0; 4],
-            held: [None; 4],
-            driver: [false; 4],
-            contradicted: 0,
-            agreed: 0,
-            slipping: false,
-        }
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// Takes a tick's samples and the battery's current, if known. Answers why the chassis has to
@@ -76,24 +94,34 @@ impl Monitor {
         motor: &Motor,
         pack: &Pack,
     ) -> Option<StopReason> {
-        let samples = wheels.iter().zip(&mut self.pushed).zip(&mut self.held);
-        for ((wheel, pushed), held) in samples {
-            let is_pushed = wheel.duty.abs() >= motor.friction_duty + PUSH_DUTY;
-            *pushed = if is_pushed && !wheel.counted { pushed.saturating_add(1) } else { 0 };
-            if *pushed >= PUSHED_TICKS && held.is_none() {
-                // Of the supply's current a motor takes its own times the duty.
-                let standing_a = wheel.duty * wheel.duty * motor.stall_current_a;
-                let turns = current_a.is_some_and(|current| current - pack.idle_a < 0.5 * standing_a);
-                *held = Some(if turns { StopReason::EncoderStuck } else { StopReason::WheelStalled });
+        let model_a = wheels.map(|wheel| wheel.model_a(motor));
+        let all_a: f32 = model_a.iter().sum();
+        for (((wheel, model_a), pushed), held) in
+            wheels.iter().zip(model_a).zip(&mut self.pushed).zip(&mut self.held)
+        {
+            if wheel.counted || wheel.duty.abs() < motor.friction_duty + PUSH_DUTY {
+                *pushed = Pushed::default();
+                continue;
+            }
+            // What is left of the measured current when the others have theirs.
+            let own_a = current_a.map(|current| current - pack.idle_a - (all_a - model_a));
+            let turning_a = wheel.duty.abs() * motor.friction_duty * motor.stall_current_a;
+            let halfway_a = 0.5 * (model_a + turning_a);
+            pushed.ticks = pushed.ticks.saturating_add(1);
+            pushed.for_standing_a += own_a.map_or(halfway_a, |own| own - halfway_a);
+            if pushed.ticks >= PUSHED_TICKS && held.is_none() {
+                let stands = pushed.for_standing_a >= 0.0;
+                *held = Some(if stands { StopReason::WheelStalled } else { StopReason::EncoderStuck });
             }
         }
         self.driver = wheels.map(|wheel| wheel.driver_fault);
         self.stop()
     }
 
-    /// Takes by how much the wheels contradict each other and the gyroscope, in m/s at the wheels.
-    pub fn check_grip(&mut self, contradiction_mps: f32) {
-        if contradiction_mps > SLIP_MPS {
+    /// Takes by how much the wheels contradict each other, and the gyroscope at their lever arm, in
+    /// m/s.
+    pub fn check_grip(&mut self, slip_mps: f32, turn_mps: f32) {
+        if slip_mps.abs() > SLIP_MPS || turn_mps.abs() > TURN_SLIP_MPS {
             self.contradicted = self.contradicted.saturating_add(1);
             self.agreed = 0;
         } else {
@@ -123,7 +151,7 @@ impl Monitor {
 
     /// Forgets what only a new try can clear. Whether all is clear now.
     pub fn release(&mut self) -> bool {
-        self.pushed = [0; 4];
+        self.pushed = Default::default();
         self.held = [None; 4];
         self.stop().is_none()
     }
@@ -154,8 +182,9 @@ mod tests {
     use crate::parameters::Parameters;
 
     const ROBOT: Parameters = Parameters::new(RobotId(1));
-    const ROLLING: WheelSample = WheelSample { duty: 0.5, counted: true, driver_fault: false };
-    const STILL: WheelSample = WheelSample { counted: false, ..ROLLING };
+    const ROLLING: WheelSample =
+        WheelSample { duty: 0.5, speed_mps: 0.44 * 1.34, counted: true, driver_fault: false };
+    const STILL: WheelSample = WheelSample { speed_mps: 0.0, counted: false, ..ROLLING };
 
     fn check(monitor: &mut Monitor, front_left: WheelSample, current: Option<f32>) -> Option<StopReason> {
         monitor.check([ROLLING, front_left, ROLLING, ROLLING], current, &ROBOT.motor, &ROBOT.pack)
@@ -172,9 +201,13 @@ mod tests {
 
     #[test]
     fn a_pushed_wheel_that_does_not_count_is_stalled_or_its_encoder_stuck_by_its_current() {
-        // Half the duty of 3.2 A: a standing motor takes 0.8 A from the battery, beside 0.5 A.
-        assert_eq!(pushed_in_vain(Some(1.3)), Some(StopReason::WheelStalled));
-        assert_eq!(pushed_in_vain(Some(0.7)), Some(StopReason::EncoderStuck));
+        // At half the duty a motor of 3.2 A takes 0.8 A if it stands, 0.096 A if it turns; beside it
+        // 0.5 A for all else and three that turn.
+        let others = 0.5 + 3.0 * 0.096;
+        assert_eq!(pushed_in_vain(Some(others + 0.8)), Some(StopReason::WheelStalled));
+        assert_eq!(pushed_in_vain(Some(others + 0.6)), Some(StopReason::WheelStalled));
+        assert_eq!(pushed_in_vain(Some(others + 0.3)), Some(StopReason::EncoderStuck));
+        assert_eq!(pushed_in_vain(Some(others + 0.096)), Some(StopReason::EncoderStuck));
         // Unknown: the worse of the two.
         assert_eq!(pushed_in_vain(None), Some(StopReason::WheelStalled));
     }
@@ -187,7 +220,7 @@ mod tests {
             assert_eq!(check(&mut monitor, wheel, None), None);
         }
         for _ in 0..1_000 {
-            assert_eq!(check(&mut monitor, WheelSample { duty: 0.15, ..STILL }, None), None);
+            assert_eq!(check(&mut monitor, WheelSample { duty: 0.25, ..STILL }, None), None);
         }
     }
 
@@ -206,16 +239,16 @@ mod tests {
     fn a_slip_begins_and_ends_after_its_ticks() {
         let mut monitor = Monitor::new();
         for _ in 1..SLIP_TICKS {
-            monitor.check_grip(0.06);
+            monitor.check_grip(-0.06, 0.0);
             assert!(!monitor.is_slipping());
         }
-        monitor.check_grip(0.06);
+        monitor.check_grip(0.0, -0.03);
         assert!(monitor.is_slipping());
         for _ in 1..GRIP_TICKS {
-            monitor.check_grip(0.0);
+            monitor.check_grip(0.04, 0.01);
             assert!(monitor.is_slipping());
         }
-        monitor.check_grip(0.0);
+        monitor.check_grip(0.04, 0.01);
         assert!(!monitor.is_slipping());
     }
 }

@@ -191,7 +191,7 @@ impl Parameters {
             ("geometry.counts_per_turn", geometry.counts_per_turn, 1.0, 1e5),
             ("geometry.turns_per_wheel_turn", geometry.turns_per_wheel_turn, 0.1, 1e3),
             ("motor.free_speed_mps", motor.free_speed_mps, 0.01, 10.0),
-            ("motor.time_constant_s", motor.time_constant_s, 0.0, 10.0),
+            ("motor.time_constant_s", motor.time_constant_s, 0.001, 10.0),
             ("motor.friction_duty", motor.friction_duty, 0.0, 0.5),
             ("motor.nominal_v", motor.nominal_v, 1.0, 100.0),
             ("motor.stall_current_a", motor.stall_current_a, 0.01, 100.0),

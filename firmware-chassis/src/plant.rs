@@ -42,7 +42,8 @@ pub struct Plant {
     geometry: Geometry,
     kinematics: Kinematics,
     pack: Pack,
-    energy_j: f32,
+    /// A sum of many small numbers.
+    drawn_j: f64,
     current_a: f32,
     speeds_mps: WheelSpeeds,
     counters: [u16; 4],
@@ -68,7 +69,7 @@ impl Plant {
             geometry,
             kinematics: Kinematics::new(geometry.wheelbase_m, geometry.track_m),
             pack,
-            energy_j: pack.full_j,
+            drawn_j: 0.0,
             current_a: pack.idle_a,
             speeds_mps: WheelSpeeds::zeros(),
             counters,
@@ -99,8 +100,14 @@ impl Plant {
 
     /// What its battery really holds, in J.
     #[must_use]
-    pub const fn energy_j(&self) -> f32 {
-        self.energy_j
+    pub fn energy_j(&self) -> f32 {
+        (self.pack.full_j - self.drawn_j as f32).max(0.0)
+    }
+
+    /// What was ever drawn from it, in J.
+    #[must_use]
+    pub const fn drawn_j(&self) -> f32 {
+        self.drawn_j as f32
     }
 
     /// One tick with this command. Answers what the sensors say at its end.
@@ -119,7 +126,7 @@ impl Plant {
             }
             self.current_a = current;
             drawn_as += current * step_s;
-            self.energy_j = (self.energy_j - voltage * current * step_s).max(0.0);
+            self.drawn_j += f64::from(voltage * current * step_s);
             let floor = self.speeds_mps.component_mul(&WheelSpeeds::from(self.grip));
             self.velocity = self.kinematics.twist(&floor);
             self.pose = self.pose.moved(&(self.velocity * step_s));
@@ -142,7 +149,7 @@ impl Plant {
 
     fn voltage(&self) -> f32 {
         let Pack { full_j, full_v, empty_v, resistance_ohm, .. } = self.pack;
-        empty_v + (full_v - empty_v) * self.energy_j / full_j - resistance_ohm * self.current_a
+        empty_v + (full_v - empty_v) * self.energy_j() / full_j - resistance_ohm * self.current_a
     }
 
     /// A sub-step of a wheel. Answers what its driver takes from the battery, in A.
