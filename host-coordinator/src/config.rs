@@ -87,19 +87,11 @@ pub struct RobotConfig {
 }
 
 impl Config {
-    /// Reads the configuration in `file`, but not the site that it names.
-    ///
-    /// # Errors
-    /// Every mistake in the file.
-    pub fn load(file: &Path) -> Result<Self, Diagnostics> {
-        document::read(file, fs::read_to_string(file), |document, root| Some(config(document, root)?.0))
-    }
-
     /// Reads the configuration in `file` and the site that it names.
     ///
     /// # Errors
     /// Every mistake in their files.
-    pub fn load_with_site(file: &Path) -> Result<(Self, Site), Diagnostics> {
+    pub fn load(file: &Path) -> Result<(Self, Site), Diagnostics> {
         document::read(file, fs::read_to_string(file), |document, root| {
             let (config, pile_lines) = config(document, root)?;
             let site = Site::load(&config.site);
@@ -185,4 +177,39 @@ fn connect(sections: Vec<Section<'_>>) -> Vec<((PileId, SocketAddr), usize)> {
         connect.extend(id.zip(address).zip(Some(section.line_of("id"))));
     }
     connect
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const EXAMPLE: &str = include_str!("../../sites/lmpp-fig7/chargehand.toml");
+
+    fn read(text: String) -> Result<Config, Diagnostics> {
+        document::read(Path::new("x.toml"), Ok(text), |document, root| Some(config(document, root)?.0))
+    }
+
+    #[test]
+    fn the_example_says_what_the_defaults_are() {
+        let example = read(EXAMPLE.into()).unwrap();
+        assert_eq!((example.listen, example.policy), (Listen::default(), Policy::default()));
+        let least = read("site = \".\"\nevent_log = \"log\"".into()).unwrap();
+        assert_eq!((least.listen, least.policy), (example.listen, example.policy));
+    }
+
+    proptest! {
+        #[test]
+        fn a_spoilt_file_is_read_or_refused_without_panic(
+            start: prop::sample::Index, length in 0usize..40, replacement in "[\\[\\]{}\"'=.,#0-9a-z\u{e9}\n -]{0,8}",
+        ) {
+            let start = start.index(EXAMPLE.len());
+            let end = (start + length).min(EXAMPLE.len());
+            let spoilt = [&EXAMPLE[..start], &replacement, &EXAMPLE[end..]].concat();
+            if let Err(found) = read(spoilt) {
+                prop_assert!(!found.mistakes().is_empty());
+            }
+        }
+    }
 }

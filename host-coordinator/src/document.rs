@@ -43,16 +43,16 @@ pub fn read<T>(
     };
     let document = Document { file, text: &text, mistakes: RefCell::default() };
     let (root, errors) = DeTable::parse_recoverable(&text);
+    let value = read(&document, document.section("the file".into(), 1, root.into_inner()));
+    let mut mistakes = document.mistakes.take();
     for error in errors {
         let line = error.span().map(|span| document.line(&span));
-        document.mistake(
-            line,
-            format!("is no valid TOML ({})", error.message()),
-            "`key = value` or `[section]`",
-        );
+        // What else seems wrong with this line follows from it.
+        mistakes.retain(|mistake| mistake.file != file || mistake.line != line);
+        let problem = format!("is no valid TOML ({})", error.message());
+        mistakes.push(Diagnostic::new(file, line, problem, "`key = value` or `[section]`"));
     }
-    let value = read(&document, document.section("the file".into(), 1, root.into_inner()));
-    Diagnostics::check(file, document.mistakes.into_inner(), value)
+    Diagnostics::check(file, mistakes, value)
 }
 
 impl<'a> Document<'a> {
@@ -116,53 +116,56 @@ impl<'a> Section<'a> {
     pub fn optional<T>(&mut self, key: &'static str, kind: &Kind<T>) -> Option<T> {
         let (span, value) = self.take(key)?;
         let read = (kind.read)(&value);
-        let found = self.document.text.get(span).unwrap_or_default();
-        // Where nothing is written, the parser has complained already.
-        if read.is_none() && !found.is_empty() {
-            let found =
-                if found.chars().count() > 60 || found.contains('\n') { value.type_str() } else { found };
-            self.document.mistake(self.line_of(key), format!("`{key}` is {found}"), &*kind.expected);
+        if read.is_none() {
+            self.is_not(key, &span, &value, &kind.expected);
         }
         read
     }
 
     /// The table `[key]`; an empty one if there is none.
     pub fn table(&mut self, key: &'static str) -> Section<'a> {
-        let (line, entries) = match self.take(key) {
-            Some((_, DeValue::Table(entries))) => (self.line_of(key), entries),
-            Some((_, other)) => {
-                let problem = format!("`{key}` is a {}", other.type_str());
-                self.document.mistake(self.line_of(key), problem, format!("a table `[{key}]`"));
-                (self.line_of(key), DeTable::new())
+        let entries = match self.take(key) {
+            Some((_, DeValue::Table(entries))) => entries,
+            Some((span, other)) => {
+                self.is_not(key, &span, &other, &format!("a table `[{key}]`"));
+                DeTable::new()
             }
-            None => (self.line, DeTable::new()),
+            None => DeTable::new(),
         };
-        self.document.section(format!("[{key}]"), line, entries)
+        self.document.section(format!("[{key}]"), self.line_of(key), entries)
     }
 
     /// The tables `[[key]]`, in the file's order.
     pub fn tables(&mut self, key: &'static str) -> Vec<Section<'a>> {
+        let expected = format!("tables `[[{key}]]`");
         let elements = match self.take(key) {
             Some((_, DeValue::Array(elements))) => elements,
-            Some((_, other)) => {
-                let problem = format!("`{key}` is a {}", other.type_str());
-                self.document.mistake(self.line_of(key), problem, format!("tables `[[{key}]]`"));
+            Some((span, other)) => {
+                self.is_not(key, &span, &other, &expected);
                 return Vec::new();
             }
             None => return Vec::new(),
         };
-        let section = |element: toml::Spanned<DeValue<'a>>| {
-            let line = self.document.line(&element.span());
+        let mut sections = Vec::new();
+        for element in elements {
+            let span = element.span();
             match element.into_inner() {
-                DeValue::Table(entries) => Some(self.document.section(format!("[[{key}]]"), line, entries)),
-                other => {
-                    let problem = format!("an element of `{key}` is a {}", other.type_str());
-                    self.document.mistake(line, problem, format!("tables `[[{key}]]`"));
-                    None
+                DeValue::Table(entries) => {
+                    let line = self.document.line(&span);
+                    sections.push(self.document.section(format!("[[{key}]]"), line, entries));
                 }
+                other => self.is_not(key, &span, &other, &expected),
             }
-        };
-        elements.into_iter().filter_map(section).collect()
+        }
+        sections
+    }
+
+    /// Notes that the value of `key`, or an element of it, is not what is expected.
+    fn is_not(&self, key: &str, span: &Range<usize>, value: &DeValue<'_>, expected: &str) {
+        let written = self.document.text.get(span.clone()).unwrap_or_default();
+        let long = written.chars().count() > 60 || written.contains('\n');
+        let found = if long { value.type_str() } else { written };
+        self.document.mistake(self.document.line(span), format!("`{key}` is {found}"), expected);
     }
 
     /// The line of `key`, or of the section if the key is not there.

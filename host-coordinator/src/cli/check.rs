@@ -20,7 +20,7 @@ pub struct Check {
 
 impl Check {
     pub fn run(self) -> Outcome {
-        let checked = Config::load_with_site(&self.config);
+        let checked = Config::load(&self.config);
         if self.json {
             let mistakes = checked.as_ref().map_or_else(|found| found.mistakes(), |_| &[]);
             out_json(&json!({ "ready": mistakes.is_empty(), "mistakes": mistakes }))?;
@@ -28,6 +28,13 @@ impl Check {
         let (config, site) = checked?;
         if self.json {
             return Ok(());
+        }
+        let cut_off = site.piles.iter().filter(|pile| !site.has_door_to(pile));
+        for pile in cut_off {
+            out(&format!(
+                "pile {} is in a subarea without a door: robots elsewhere will not use it",
+                pile.id
+            ))?;
         }
         out(&format!(
             "{} is ready to run: {} robots on \"{}\", a site of {} piles and {} doors",

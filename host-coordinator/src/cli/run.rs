@@ -9,7 +9,6 @@ use std::{
 use host_coordinator::{
     config::Config,
     daemon::{Daemon, SiteClock},
-    site::Site,
 };
 use tokio::runtime::Runtime;
 
@@ -25,8 +24,7 @@ pub struct Run {
 
 impl Run {
     pub fn run(self) -> Outcome {
-        let config = Config::load(&self.config)?;
-        let site = Arc::new(Site::load(&config.site)?);
+        let (config, site) = Config::load(&self.config)?;
         tracing_subscriber::fmt()
             .with_writer(io::stderr)
             .with_ansi(io::stderr().is_terminal())
@@ -35,7 +33,7 @@ impl Run {
             .init();
         Runtime::new()?.block_on(async {
             let stop = stop_signal()?;
-            let daemon = Daemon::start(site, &config, SiteClock::real()).await?;
+            let daemon = Daemon::start(Arc::new(site), &config, SiteClock::real()).await?;
             if let Some(dashboard) = daemon.addresses().http {
                 out(&format!("dashboard: http://{dashboard}"))?;
             }

@@ -10,12 +10,11 @@
 //!
 //! ```no_run
 //! use std::{path::Path, sync::Arc};
-//! use host_coordinator::{config::Config, daemon::{Daemon, SiteClock}, site::Site};
+//! use host_coordinator::{config::Config, daemon::{Daemon, SiteClock}};
 //!
 //! # async fn run() -> Result<(), Box<dyn std::error::Error>> {
-//! let config = Config::load(Path::new("site.toml"))?;
-//! let site = Arc::new(Site::load(&config.site)?);
-//! let daemon = Daemon::start(site, &config, SiteClock::real()).await?;
+//! let (config, site) = Config::load(Path::new("chargehand.toml"))?;
+//! let daemon = Daemon::start(Arc::new(site), &config, SiteClock::real()).await?;
 //! println!("{:?}", daemon.addresses());
 //! println!("{} robots wait", daemon.view().borrow().totals.waiting);
 //! daemon.shutdown().await;

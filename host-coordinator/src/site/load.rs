@@ -219,3 +219,92 @@ fn cell(
 fn noted<T>(document: &Document<'_>, read: Result<T, Diagnostic>) -> Option<T> {
     read.map_err(|mistake| document.mistake_elsewhere([mistake])).ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::{collections::BTreeMap, path::PathBuf};
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const MAP: &str = "type octile\nheight 5\nwidth 3\nmap\n...\n@.@\n...\n@.@\n...\n";
+    const SUBAREAS: &str = "aaa\n@a@\nbbb\n@b@\nccc\n";
+    const SITE: &str = r#"
+        name = "three rooms"
+        map = "map"
+        subareas = "rooms"
+        resolution_m = 0.5
+        neighbours = 8
+        [[door]]
+        id = 1
+        at = [1, 1]
+        joins = ["a", "b"]
+        [[door]]
+        id = 2
+        at = [1, 3]
+        joins = ["b", "c"]
+        congestion = 0.5
+        [[pile]]
+        id = 1
+        at = [0, 0]
+        power_w = 100
+    "#;
+
+    fn read(site: String, map: String, subareas: String) -> Result<Site, Diagnostics> {
+        let files: BTreeMap<PathBuf, String> = [("site.toml", site), ("map", map), ("rooms", subareas)]
+            .map(|(name, text)| (name.into(), text))
+            .into();
+        load(Path::new(""), &|file| files.get(file).cloned().ok_or_else(|| io::ErrorKind::NotFound.into()))
+    }
+
+    #[test]
+    fn a_site_without_a_frame_counts_as_its_map_does() {
+        let site = read(SITE.into(), MAP.into(), SUBAREAS.into()).unwrap();
+        assert_eq!(site.cell_at(0, 0), Ok((0, 0).into()));
+        assert_eq!(site.piles.len(), 1);
+        assert_eq!(site.congestion, [(DoorId(1), 0.0), (DoorId(2), 0.5)]);
+    }
+
+    #[test]
+    fn mistakes_in_all_three_files_are_told_at_once() {
+        let site = SITE.replace("power_w = 100", "power_w = inf");
+        let found = read(site, MAP.into(), SUBAREAS.replace("bbb", "bb")).unwrap_err();
+        let told: Vec<_> = found.mistakes().iter().map(ToString::to_string).collect();
+        assert_eq!(
+            told,
+            [
+                "site.toml:19: `power_w` is inf, expected a number from 1 to 1000000",
+                "rooms:3: 2 cells, expected 3, as the map has",
+            ]
+        );
+    }
+
+    fn spoilt(text: &'static str) -> impl Strategy<Value = String> {
+        let replacement = "[\\[\\]{}\"'=.,@#0-9a-z\n -]{0,4}";
+        (any::<prop::sample::Index>(), 0usize..12, replacement).prop_map(
+            move |(start, length, replacement)| {
+                let start = start.index(text.len());
+                let end = (start + length).min(text.len());
+                [&text[..start], &replacement, &text[end..]].concat()
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn spoilt_files_are_read_or_refused_without_panic(
+            site in spoilt(SITE), map in spoilt(MAP), subareas in spoilt(SUBAREAS), which in 0..3,
+        ) {
+            let read = match which {
+                0 => read(site, MAP.into(), SUBAREAS.into()),
+                1 => read(SITE.into(), map, SUBAREAS.into()),
+                _ => read(SITE.into(), MAP.into(), subareas),
+            };
+            match read {
+                Ok(site) => prop_assert!(site.piles.iter().all(|pile| site.grid.is_free(pile.cell))),
+                Err(found) => prop_assert!(!found.mistakes().is_empty()),
+            }
+        }
+    }
+}

@@ -158,6 +158,13 @@ impl Site {
         lmpp
     }
 
+    /// Whether a door leads to the subarea of `pile`.
+    #[must_use]
+    pub fn has_door_to(&self, pile: &SitePile) -> bool {
+        let subarea = self.rooms.find_subarea(pile.cell);
+        subarea.is_some_and(|subarea| self.rooms.doors_of(subarea).next().is_some())
+    }
+
     /// The piles as targets of a planner.
     #[must_use]
     pub fn targets(&self) -> Vec<Target> {

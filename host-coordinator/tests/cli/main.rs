@@ -1,0 +1,79 @@
+//! The `chargehand` command as a person or a script meets it: the real binary, its output and
+//! its exit code.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod check;
+mod plan;
+mod reproduce;
+mod select;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use tempfile::TempDir;
+
+/// What a command left behind.
+struct Ran {
+    success: bool,
+    stdout: String,
+    stderr: String,
+}
+
+impl Ran {
+    #[track_caller]
+    fn succeeds(self) -> String {
+        assert!(self.success, "failed: {}", self.stderr);
+        assert_eq!(self.stderr, "");
+        self.stdout
+    }
+
+    /// The error; a person must be told in words, not by a panic.
+    #[track_caller]
+    fn fails(self) -> String {
+        assert!(!self.success, "succeeded: {}", self.stdout);
+        assert!(!self.stderr.contains("panicked"), "{}", self.stderr);
+        assert!(!self.stderr.contains('\x1b'), "colours without a terminal: {:?}", self.stderr);
+        self.stderr
+    }
+}
+
+fn chargehand(arguments: &[&str]) -> Ran {
+    let output = Command::new(env!("CARGO_BIN_EXE_chargehand")).args(arguments).output().unwrap();
+    Ran {
+        success: output.status.success(),
+        stdout: String::from_utf8(output.stdout).unwrap(),
+        stderr: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+/// The paper's site, as it is in the repository.
+fn fig7() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../sites/lmpp-fig7")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A copy of the paper's site in which `from` in `file` is replaced by `to`.
+fn fig7_with(file: &str, from: &str, to: &str) -> TempDir {
+    let copy = tempfile::tempdir().unwrap();
+    for entry in fs::read_dir(fig7()).unwrap() {
+        let entry = entry.unwrap();
+        fs::copy(entry.path(), copy.path().join(entry.file_name())).unwrap();
+    }
+    let path = copy.path().join(file);
+    let before = fs::read_to_string(&path).unwrap();
+    assert!(before.contains(from), "{file} has no {from:?}");
+    fs::write(&path, before.replacen(from, to, 1)).unwrap();
+    copy
+}
+
+/// Runs a command that prints JSON.
+#[track_caller]
+fn json(arguments: &[&str]) -> serde_json::Value {
+    serde_json::from_str(&chargehand(&[arguments, &["--json"]].concat()).succeeds()).unwrap()
+}
