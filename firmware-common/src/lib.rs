@@ -5,12 +5,14 @@
 //! |---|---|
 //! | [`reader`] | the RFID readers: bytes in, tags out |
 //! | [`presence`] | which tags stand in front of a reader |
+//! | [`clock`] | the site's time |
 //! | [`passes`] | how often robots pass piles, by period of the day (LMPP eqs. 4, 8) |
 //! | [`supervisor`] | the watchdog is fed only if every task has checked in |
 //! | `tasks` | link and reader as tasks, generic over a board's drivers, only built for ARM |
 //! | `emulated` | the machine that QEMU emulates: UARTs, clock, executors; only built for it |
 #![cfg_attr(not(test), no_std)]
 
+pub mod clock;
 #[cfg(all(target_arch = "arm", target_os = "none", feature = "emulated"))]
 pub mod emulated;
 pub mod passes;

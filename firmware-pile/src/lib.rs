@@ -34,7 +34,6 @@
 //! | [`gossip`] | which part of that is told to the other piles when |
 //! | [`voice`] | what a pile says of itself to the coordinator, and when |
 //! | [`reports`] | reports that are repeated until acknowledged |
-//! | [`clock`] | the site's time |
 //! | `tasks` | the task that runs the core, generic over a board's drivers; only built for ARM |
 //! | `board` | the boards it runs on, only built for them |
 //!
@@ -45,7 +44,6 @@
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod board;
 pub mod charge;
-pub mod clock;
 pub mod faults;
 pub mod gossip;
 pub mod lease;

@@ -4,6 +4,7 @@
 //! contactor commanded, and messages that are due go out. A step's work and memory are bounded.
 
 use firmware_common::{
+    clock::SiteClock,
     passes::{PassCounter, period_of},
     presence::Presence,
     reader::{Seen, TagRead},
@@ -16,7 +17,6 @@ use protocol::{
 
 use crate::{
     charge::{self, Charge},
-    clock::SiteClock,
     faults::Faults,
     gossip::Gossip,
     lease::{Answer, Leases, Place},

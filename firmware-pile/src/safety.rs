@@ -1,9 +1,9 @@
 //! The one place that says whether the contacts may be live.
 
-use firmware_common::presence::Presence;
+use firmware_common::{clock::SiteClock, presence::Presence};
 use protocol::Millis;
 
-use crate::{clock::SiteClock, faults::Faults, lease::Lease};
+use crate::{faults::Faults, lease::Lease};
 
 /// Whether the contacts may be live now. They may if, and only if, all of this holds:
 ///

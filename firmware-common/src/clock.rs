@@ -1,6 +1,6 @@
 //! The site's time, learned from the coordinator.
 //!
-//! A pile has a monotonic clock of its own and asks the coordinator for the difference to the
+//! A board has a monotonic clock of its own and asks the coordinator for the difference to the
 //! site's. Once learned, the difference is kept until the next answer: a crystal drifts seconds in
 //! a day, leases last minutes.
 
@@ -11,7 +11,7 @@ pub const INTERVAL: DurationMs = DurationMs(60_000);
 /// An answer that took longer says too little.
 pub const LONGEST_ROUND_TRIP: DurationMs = DurationMs(2_000);
 
-/// The site's time as a difference to the pile's own clock.
+/// The site's time as a difference to the board's own clock.
 #[derive(Clone, Debug, Default)]
 pub struct SiteClock {
     /// Site time minus own time, in milliseconds.
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_site_younger_than_the_pile_is_known_too() {
+    fn a_site_younger_than_the_board_is_known_too() {
         let mut clock = SiteClock::new();
         assert!(clock.request(Millis(90_000), false).is_some());
         clock.accept(Millis(90_000), &sync(90_000, 10));
