@@ -4,6 +4,7 @@
 //! whether the robot may drive, set-points and duties follow, and messages that are due go out. A
 //! step's work and memory are bounded.
 
+use firmware_common::reader::TagRead;
 use heapless::Vec;
 use protocol::{
     Ack, BootEpoch, ChassisRefusal, ChassisState, CommandId, DeviceId, Drive, Frame, FrameError, Message,
@@ -22,13 +23,15 @@ use crate::{
     motion::Motion,
     odometry::{Odometer, Pose, Rolled},
     parameters::{ParameterError, Parameters, Start},
+    passing::Passing,
     ramp::Ramp,
     report,
     voice::Voice,
     wheel::WheelObserver,
 };
 
-/// The most messages a step sends: Hello, an answer, a task's energy, the state, odometry.
+/// The most messages a step sends, at a tick: Hello, the state, a question for the time, passes,
+/// odometry.
 pub const MESSAGES_PER_STEP: usize = 5;
 /// Slower than this a wheel stands, in m/s.
 const REST_MPS: f32 = 0.02;
@@ -64,6 +67,8 @@ pub enum Input<'a> {
     /// A control tick, every [`TICK`] by a hardware timer. The robot's motion is controlled here
     /// and nowhere else; other inputs wait for it.
     Tick(Sensors),
+    /// The reader read a pile's tag.
+    Tag(TagRead),
     /// A frame arrived.
     Frame(&'a Frame),
     /// Something arrived that is no frame.
@@ -112,6 +117,7 @@ pub struct Chassis {
     monitor: Monitor,
     battery: Battery,
     tasks: Tasks,
+    passing: Passing,
     voice: Voice,
     /// The velocity at the last tick: of the wheels, with the gyroscope's turn rate if there is one.
     velocity: Velocity,
@@ -128,7 +134,7 @@ impl Chassis {
     /// [`ParameterError`] names a parameter it cannot work with.
     pub fn new(parameters: Parameters) -> Result<Self, ParameterError> {
         parameters.check()?;
-        let Parameters { geometry, start, ramp, noise, pack, motor, gains, .. } = parameters;
+        let Parameters { geometry, start, ramp, noise, pack, motor, gains, passes, .. } = parameters;
         let reason = match start {
             Start::PowerOn => StopReason::Started,
             Start::Watchdog => StopReason::Watchdog,
@@ -151,6 +157,7 @@ impl Chassis {
             monitor: Monitor::new(),
             battery: Battery::new(pack),
             tasks: Tasks::new(),
+            passing: Passing::new(passes),
             voice: Voice::new(),
             velocity: Velocity::zeros(),
             gyro_heard: false,
@@ -169,6 +176,7 @@ impl Chassis {
                 self.tick(&sensors);
                 self.speak(&mut messages);
             }
+            Input::Tag(read) => self.passing.read(self.now, read),
             Input::Frame(frame) => self.hear(frame, &mut messages),
             Input::Discarded(_) => self.discarded = self.discarded.saturating_add(1),
         }
@@ -336,6 +344,8 @@ impl Chassis {
             Message::Task(task) => {
                 self.obey(boot, task.command, messages, |chassis| chassis.switch_task(task));
             }
+            Message::TimeSync(sync) => self.passing.synchronise(self.now, sync),
+            Message::Ack(Ack { of: Reference::Report(report) }) => self.passing.acknowledged(*report),
             _ => {}
         }
     }
@@ -398,6 +408,8 @@ impl Chassis {
         if let Some(state) = self.voice.tell(self.now, state) {
             say(messages, Message::ChassisState(state));
         }
+        messages.extend(self.passing.time_request(self.now).map(Message::TimeRequest));
+        messages.extend(self.passing.due(self.now).map(Message::PassReport));
         say(messages, Message::Odometry(self.odometry()));
     }
 

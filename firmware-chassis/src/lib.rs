@@ -28,6 +28,7 @@
 //! | [`monitor`] | what is wrong with the chassis, and how it is noticed |
 //! | [`battery`] | what the battery holds, and what tasks take from it (Access eqs. 1, 2) |
 //! | [`report`] | the numbers as quantities of the wire |
+//! | [`passing`] | which piles the robot passes (LMPP eq. 4) |
 //! | [`voice`] | what the chassis says of itself, and when |
 //! | [`plant`] | a model of motors, wheels, battery and gyroscope, for tests and emulation |
 #![cfg_attr(not(test), no_std)]
@@ -43,6 +44,7 @@ pub mod monitor;
 pub mod motion;
 pub mod odometry;
 pub mod parameters;
+pub mod passing;
 pub mod plant;
 pub mod ramp;
 pub mod report;

@@ -1,8 +1,9 @@
 //! What differs from robot to robot.
 
+use firmware_common::{passes::PassRule, presence::RssiBand};
 use protocol::{BootEpoch, DurationMs, RobotId};
 
-use crate::{kinematics, ramp::RampRule};
+use crate::{kinematics, passing::PassParameters, ramp::RampRule};
 
 /// Why the chassis has just started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -146,6 +147,8 @@ pub struct Parameters {
     pub noise: Noise,
     /// The battery.
     pub pack: Pack,
+    /// How passes of piles are counted.
+    pub passes: PassParameters,
 }
 
 impl Parameters {
@@ -175,6 +178,14 @@ impl Parameters {
             ramp: RampRule::Together,
             noise: Noise { rolling_m: 1e-4, slipping: 100.0, gyro_radps: 0.003 },
             pack: Pack { full_j: 208_000.0, full_v: 12.6, empty_v: 9.6, resistance_ohm: 0.1, idle_a: 0.5 },
+            passes: PassParameters {
+                rule: PassRule::PerApproach {
+                    band: RssiBand { enter_dbm: -70, leave_dbm: -76 },
+                    gap: DurationMs(3_000),
+                },
+                period: DurationMs(2 * 3_600_000),
+                periods: 12,
+            },
         }
     }
 

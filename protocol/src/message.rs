@@ -7,7 +7,9 @@
 //! | [`PileTable`] | pile, coordinator | piles, robots | nothing: gossip |
 //! | [`Grant`], [`Revoke`] | coordinator | pile | [`Ack`] or [`Nack`] |
 //! | [`PassReport`], [`Fault`] | pile | coordinator | `Ack` |
+//! | [`PassReport`] | chassis | robot | `Ack` |
 //! | [`TimeRequest`] | pile, robot | coordinator | [`TimeSync`] |
+//! | [`TimeRequest`] | chassis | robot | `TimeSync`, once the robot knows the time |
 //! | [`RobotState`] | robot | coordinator | nothing: it is repeated |
 //! | [`ChargeRequest`] | robot | coordinator | [`Assignment`] or [`Unassigned`] |
 //! | [`Drive`], [`Stop`], [`Release`] | robot | chassis | `Ack` or `Nack` |

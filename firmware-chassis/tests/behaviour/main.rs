@@ -5,6 +5,7 @@
 mod bench;
 mod commands;
 mod faults;
+mod passing;
 mod properties;
 mod square;
 mod steps;
