@@ -331,7 +331,10 @@ impl Chassis {
             }
             Message::Stop(stop) if stop.emergency => {
                 self.brake(StopReason::Emergency);
-                self.commands.remember(boot, stop.command, Ok(()));
+                // One that comes late is obeyed, but makes no late release new again.
+                if self.commands.answered(boot, stop.command).is_none() {
+                    self.commands.remember(boot, stop.command, Ok(()));
+                }
                 say(messages, answered(stop.command, Ok(())));
             }
             Message::Stop(stop) => self.obey(boot, stop.command, messages, |chassis| {

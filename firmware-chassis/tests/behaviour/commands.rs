@@ -88,6 +88,10 @@ fn a_command_from_before_the_newest_comes_too_late_but_not_an_emergency_stop() {
     let outputs = bench.hear(Message::Stop(Stop { command: CommandId(3), emergency: true }));
     assert_eq!(answer(&outputs, CommandId(3)), Ok(()));
     assert_eq!(bench.chassis.motion().held(), Some(StopReason::Emergency));
+    // And it does not make other late commands new again.
+    bench.wait(1.0);
+    let outputs = bench.hear(Message::Release(Release { command: CommandId(4) }));
+    assert_eq!(answer(&outputs, CommandId(4)), Err(NackReason::TooLate));
 }
 
 #[test]

@@ -40,6 +40,17 @@ fn every_encoder_that_sticks_is_named_and_stops_the_robot() {
 }
 
 #[test]
+fn at_a_crawl_a_stuck_encoder_is_found_once_the_control_pushes() {
+    let mut bench = Bench::new();
+    let crawl = Velocity::new(0.02, 0.0, 0.0);
+    let seconds = braked_after(&mut bench, crawl, |bench| bench.plant.encoder_stuck[0] = true);
+    // From a duty of 0.06 + 0.02 / 1.34 + 0.6 x 0.02 to 0.26 at 5 x 0.02 a second, and 0.25 s.
+    println!("crawl: {seconds} s");
+    assert!((seconds - (0.173 / 0.1 + 0.25)).abs() < 0.2, "{seconds}");
+    assert_eq!(bench.chassis.motion().held(), Some(StopReason::EncoderStuck));
+}
+
+#[test]
 fn every_wheel_that_is_held_fast_is_named_and_stops_the_robot() {
     for (index, wheel) in WHEELS.into_iter().enumerate() {
         let mut bench = Bench::new();

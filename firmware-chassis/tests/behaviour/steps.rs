@@ -116,10 +116,10 @@ fn with_an_encoder_of_one_count_for_55_mm_a_second_control_still_holds() {
         let robot = Parameters { geometry: Geometry::PAPER_LITERAL, ..ROBOT };
         let step = step(&mut Bench::with(robot), command, ramp_s);
         println!("{name}: {step:?}");
-        assert!(step.settled_s <= ramp_s + 0.38, "{name}: {step:?}");
-        assert!(step.overshoot < 0.04, "{name}: {step:?}");
+        assert!((step.settled_s - ramp_s).abs() <= 0.05, "{name}: {step:?}");
+        assert!(step.overshoot < 0.02, "{name}: {step:?}");
         assert!(step.steady_mps < 0.002, "{name}: {step:?}");
-        assert!(step.bend < 0.04, "{name}: {step:?}");
+        assert!(step.bend < 0.01, "{name}: {step:?}");
     }
 }
 
