@@ -238,6 +238,17 @@ mod tests {
         assert!((covariance.m22 / aside - 1.0).abs() < 0.01, "{covariance}");
     }
 
+    #[test]
+    fn with_a_gyroscope_the_heading_is_as_sure_as_its_noise_allows() {
+        let (mut odometer, kinematics) = odometer();
+        for _ in 0..2_000 {
+            odometer.advance(&kinematics, &rolled(WheelSpeeds::repeat(0.005), Some(0.0)));
+        }
+        // 2000 ticks of (0.003 rad/s x 0.01 s)².
+        let covariance = odometer.covariance();
+        assert!((covariance.m33 / 1.8e-6 - 1.0).abs() < 0.01, "{covariance}");
+    }
+
     proptest! {
         #[test]
         fn two_halves_of_a_constant_twist_make_the_whole(
