@@ -30,10 +30,14 @@
 //! | [`report`] | the numbers as quantities of the wire |
 //! | [`passing`] | which piles the robot passes (LMPP eq. 4) |
 //! | [`voice`] | what the chassis says of itself, and when |
+//! | `tasks` | the task that runs the core, generic over a board's drivers; only built for ARM |
+//! | `board` | the boards it runs on, only built for them |
 //! | [`plant`] | a model of motors, wheels, battery and gyroscope, for tests and emulation |
 #![cfg_attr(not(test), no_std)]
 
 pub mod battery;
+#[cfg(all(target_arch = "arm", target_os = "none"))]
+pub mod board;
 pub mod chassis;
 pub mod commands;
 pub mod control;
@@ -48,6 +52,8 @@ pub mod passing;
 pub mod plant;
 pub mod ramp;
 pub mod report;
+#[cfg(all(target_arch = "arm", target_os = "none"))]
+pub mod tasks;
 pub mod voice;
 pub mod wheel;
 

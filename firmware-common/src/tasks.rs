@@ -15,7 +15,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Ticker, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
-use protocol::{Deframer, Frame, FrameWriter, Message};
+use protocol::{Deframer, Frame, FrameError, FrameWriter, Message};
 
 use crate::reader::Seen;
 use crate::reader::r200::R200;
@@ -39,7 +39,7 @@ pub enum News {
     /// A frame arrived on the link.
     Frame(Frame),
     /// Something arrived on the link that is no frame.
-    Damaged,
+    Discarded(FrameError),
     /// The reader answered.
     Seen(Seen),
 }
@@ -86,10 +86,10 @@ pub async fn listen(mut link: impl Read, inbox: &Inbox, place: Place) -> ! {
                 Some(Ok(frame)) => News::Frame(frame),
                 Some(Err(error)) => {
                     warn!("link: {}", Display2Format(&error));
-                    News::Damaged
+                    News::Discarded(error)
                 }
             };
-            inbox.send(news).await;
+            waiting(place, inbox.send(news)).await;
         }
     }
 }
@@ -105,7 +105,7 @@ pub async fn speak<const CAPACITY: usize>(
         let message = waiting(place, outbox.receive()).await;
         match writer.write(message) {
             Ok(frame) => {
-                if let Err(error) = link.write_all(&frame).await {
+                if let Err(error) = waiting(place, link.write_all(&frame)).await {
                     warn!("link: {}", Debug2Format(&error));
                 }
             }
@@ -131,7 +131,7 @@ pub async fn watch<Port: Read + Write>(mut reader: R200<Port>, inbox: &Inbox, pl
             Err(_) => debug!("reader: no answer"),
         }
         for seen in found {
-            inbox.send(News::Seen(seen)).await;
+            waiting(place, inbox.send(News::Seen(seen))).await;
         }
     }
 }

@@ -51,7 +51,7 @@ pub async fn run(
         let outputs = match &news {
             Either::First(News::Frame(frame)) => pile.step(now, Input::Frame(frame)),
             Either::First(News::Seen(seen)) => pile.step(now, (*seen).into()),
-            Either::First(News::Damaged) => continue,
+            Either::First(News::Discarded(_)) => continue,
             Either::Second(()) => pile.step(now, Input::ContactorFeedback { closed: contacts.closed() }),
         };
         obey(outputs, &mut contacts, &mut memory, outbox).await;

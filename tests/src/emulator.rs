@@ -1,6 +1,6 @@
-//! A pile's board in QEMU, its two UARTs on TCP, its log as lines.
+//! A board in QEMU, its UARTs on TCP, its log as lines.
 //!
-//! The image is the one that `cargo xtask firmware` built. QEMU ends when the [`Emulator`] is
+//! The images are those that `cargo xtask firmware` built. QEMU ends when the [`Emulator`] is
 //! dropped.
 
 use std::fmt;
@@ -24,7 +24,7 @@ const MACHINE: &str = "olimex-stm32-h405";
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatorError {
     /// There is no image, or it cannot be read.
-    #[error("cannot read the pile's image {}: {cause}; build it with `cargo xtask firmware`", path.display())]
+    #[error("cannot read the image {}: {cause}; build it with `cargo xtask firmware`", path.display())]
     Image {
         /// Where it should be.
         path: PathBuf,
@@ -92,18 +92,41 @@ impl Emulator {
     /// # Errors
     /// [`EmulatorError`] says what is missing and how to get it.
     pub fn boot(link: Serial, reader: Serial) -> Result<Self, EmulatorError> {
-        let path = image();
+        Self::start("firmware-pile-emulated", &[(1, link), (2, reader)], &[])
+    }
+
+    /// Boots the chassis' image with USART1 as its `link`, USART2 as its RFID `reader` and USART6 as
+    /// its test `bench`. Its clock counts instructions, one a nanosecond, so that no control tick is
+    /// late when this machine is busy.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] says what is missing and how to get it.
+    pub fn boot_chassis(link: Serial, reader: Serial, bench: Serial) -> Result<Self, EmulatorError> {
+        let uarts = [(1, link), (2, reader), (6, bench)];
+        Self::start("firmware-chassis-emulated", &uarts, &["-icount", "shift=0"])
+    }
+
+    /// Boots an image with these of its USARTs connected, by number.
+    fn start(image: &str, uarts: &[(u8, Serial)], options: &[&str]) -> Result<Self, EmulatorError> {
+        let path = path(image);
         let table = log_table(&path)?;
-        let mut qemu = Command::new(QEMU)
-            .args(["-M", MACHINE, "-display", "none", "-monitor", "none"])
-            .args(["-semihosting-config", "enable=on,target=native"])
-            .args(["-chardev", &format!("socket,id=link,{link}"), "-serial", "chardev:link"])
-            .args(["-chardev", &format!("socket,id=reader,{reader}"), "-serial", "chardev:reader"])
-            .arg("-kernel")
-            .arg(path)
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()?;
+        let mut command = Command::new(QEMU);
+        command.args(["-M", MACHINE, "-display", "none", "-monitor", "none"]);
+        command.args(["-semihosting-config", "enable=on,target=native"]).args(options);
+        // QEMU numbers them by the order of these options.
+        for number in 1..=6 {
+            match uarts.iter().find(|(uart, _)| *uart == number) {
+                Some((_, serial)) => {
+                    command.args(["-chardev", &format!("socket,id=usart{number},{serial}")]);
+                    command.args(["-serial", &format!("chardev:usart{number}")]);
+                }
+                None => {
+                    command.args(["-serial", "null"]);
+                }
+            }
+        }
+        command.arg("-kernel").arg(path);
+        let mut qemu = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn()?;
         let (lines, log) = mpsc::channel();
         if let Some(output) = qemu.stdout.take() {
             thread::spawn(move || read_log(output, &table, &lines));
@@ -160,10 +183,10 @@ impl Drop for Emulator {
     }
 }
 
-/// Where `cargo xtask firmware` puts the pile's image.
-fn image() -> PathBuf {
+/// Where `cargo xtask firmware` puts an image.
+fn path(image: &str) -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.parent().unwrap_or(here).join("target/thumbv7em-none-eabihf/release/emulated")
+    here.parent().unwrap_or(here).join("target/thumbv7em-none-eabihf/release").join(image)
 }
 
 /// The texts of the log, which are in the image and not in what it sends.

@@ -1,4 +1,4 @@
-//! The images that QEMU runs.
+//! The boards' images.
 
 use std::path::PathBuf;
 
@@ -6,13 +6,14 @@ use crate::command::{Command, Failure};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::{root, size};
 
-/// What an image is built from: package, and the binary of its emulated board.
-pub const IMAGES: [(&str, &str); 1] = [("firmware-pile", "emulated")];
+/// What an image is built from: package, and the board it runs on. The board is a feature of the
+/// package; the image is the package's binary of both names.
+pub const IMAGES: [(&str, &str); 2] = [("firmware-pile", "emulated"), ("firmware-chassis", "emulated")];
 
 /// Builds every image and prints its flash and RAM use.
 pub fn build(toolchain: &Toolchain) -> Result<(), Failure> {
-    for (package, binary) in IMAGES {
-        cargo(toolchain, "build --quiet", package, binary).run()?;
+    for (package, board) in IMAGES {
+        cargo(toolchain, "build --quiet", package, board).run()?;
     }
     size::print()
 }
@@ -20,35 +21,39 @@ pub fn build(toolchain: &Toolchain) -> Result<(), Failure> {
 /// Clippy on what only exists on the ARM core; where rustup's clippy has no library for it, the
 /// compiler's own warnings.
 pub fn lints(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
-    IMAGES.into_iter().map(|(package, binary)| match toolchain {
+    IMAGES.into_iter().map(|(package, board)| match toolchain {
         Toolchain::Rustup => {
-            cargo(toolchain, "clippy --quiet --no-deps", package, binary).words("-- -D warnings")
+            cargo(toolchain, "clippy --quiet --no-deps", package, board).words("-- -D warnings")
         }
         Toolchain::Debian { .. } => {
-            cargo(toolchain, "check --quiet", package, binary).variable("RUSTFLAGS", "-D warnings")
+            cargo(toolchain, "check --quiet", package, board).variable("RUSTFLAGS", "-D warnings")
         }
     })
 }
 
 /// The documentation of the libraries with what only exists on the ARM core.
 pub fn documentation(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
-    IMAGES.into_iter().map(|(package, binary)| {
+    IMAGES.into_iter().map(|(package, board)| {
         toolchain
             .cargo("doc --quiet --release --no-deps --lib")
-            .args(["--package", package, "--features", binary])
+            .args(["--package", package, "--features", board])
             .variable("RUSTDOCFLAGS", "-D warnings")
     })
 }
 
-fn cargo(toolchain: &Toolchain, command: &str, package: &str, binary: &str) -> Command {
+fn cargo(toolchain: &Toolchain, command: &str, package: &str, board: &str) -> Command {
     toolchain
         .cargo(command)
         // Whatever CARGO_TARGET_DIR says: the tests look for the image there.
         .words("--target-dir target --release --lib")
-        .args(["--package", package, "--bin", binary, "--features", binary])
+        .args(["--package", package, "--bin", &binary(package, board), "--features", board])
+}
+
+fn binary(package: &str, board: &str) -> String {
+    format!("{package}-{board}")
 }
 
 /// Where cargo puts an image.
-pub fn path(binary: &str) -> PathBuf {
-    root().join("target").join(TARGET).join("release").join(binary)
+pub fn path(package: &str, board: &str) -> PathBuf {
+    root().join("target").join(TARGET).join("release").join(binary(package, board))
 }

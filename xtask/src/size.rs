@@ -28,10 +28,10 @@ struct Size {
 
 /// Prints the size of every image.
 pub fn print() -> Result<(), Failure> {
-    for (package, binary) in IMAGES {
-        let path = firmware::path(binary);
+    for (package, board) in IMAGES {
+        let path = firmware::path(package, board);
         let size = of_file(&path)?;
-        println!("{package} ({binary}): {}", describe(size));
+        println!("{package} ({board}): {}", describe(size));
         if size.flash > FLASH || size.ram > RAM {
             return Err(Failure::new(
                 format!("{} does not fit the STM32F407VG", path.display()),

@@ -7,11 +7,13 @@
 
 mod clock;
 mod executor;
+mod stack;
 mod uart;
 mod watchdog;
 
 pub use clock::elapsed_cycles;
 pub use executor::{execute, execute_above};
+pub use stack::deepest_stack;
 pub use uart::{Uart, UartReceiver, UartSender};
 pub use watchdog::EmulatedWatchdog;
 
@@ -37,6 +39,7 @@ impl Machine {
     /// Starts the clock and the UARTs. `None` when the machine has been taken before.
     pub fn take() -> Option<Self> {
         let mut core = cortex_m::Peripherals::take()?;
+        stack::paint();
         let machine = Self {
             link: Uart::start(pac::USART1, &uart::LINK),
             reader: Uart::start(pac::USART2, &uart::READER),

@@ -1,0 +1,130 @@
+//! The test bench on USART6: a line of words in, a line out.
+//!
+//! | line | what happens |
+//! |---|---|
+//! | `encoder W 0` or `1` | the encoder of wheel W (0 to 3) counts, or is stuck |
+//! | `driver W 0` or `1` | the driver of wheel W is well, or reports a fault |
+//! | `wheel W 0` or `1` | wheel W is free, or cannot turn |
+//! | `grip W SHARE` | so much of the wheel's speed reaches the floor |
+//! | `gyro 0` or `1` | the gyroscope is silent, or answers |
+//! | `hang` | the task of the test bench never returns: the watchdog's business |
+//! | `truth` | `truth X Y YAW VX VY WZ`: where the robot really is, and how it really moves |
+//! | `cost` | `cost TICKS MEDIAN WORST STACK`: instructions of control ticks, bytes of stack |
+//!
+//! Every other line is answered `ok`, or `what?` if it is none of these.
+
+use core::cell::Cell;
+use core::fmt::Write as _;
+
+use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
+use embedded_io_async::{Read, Write};
+use firmware_common::emulated::deepest_stack;
+use firmware_common::supervisor::Place;
+use firmware_common::tasks::waiting;
+use heapless::{String, Vec};
+
+use super::{ORDERS, cost};
+use crate::plant::Plant;
+
+/// Of the modelled gyroscope when it answers, in rad/s.
+const GYRO_BIAS_RADPS: f32 = 0.02;
+
+/// The longest line, in bytes.
+const LINE: usize = 96;
+
+/// Something of the plant that shall be otherwise.
+pub(super) enum Order {
+    Encoder { wheel: usize, stuck: bool },
+    Driver { wheel: usize, fault: bool },
+    Wheel { wheel: usize, blocked: bool },
+    Grip { wheel: usize, share: f32 },
+    Gyro { answers: bool },
+}
+
+/// The plant's pose and velocity at the last tick.
+static TRUTH: Mutex<CriticalSectionRawMutex, Cell<[f32; 6]>> = Mutex::new(Cell::new([0.0; 6]));
+
+/// Does what was ordered.
+pub(super) fn obey(order: Order, plant: &mut Plant) {
+    fn set<T>(places: &mut [T; 4], wheel: usize, value: T) {
+        if let Some(place) = places.get_mut(wheel) {
+            *place = value;
+        }
+    }
+    match order {
+        Order::Encoder { wheel, stuck } => set(&mut plant.encoder_stuck, wheel, stuck),
+        Order::Driver { wheel, fault } => set(&mut plant.driver_faults, wheel, fault),
+        Order::Wheel { wheel, blocked } => set(&mut plant.blocked, wheel, blocked),
+        Order::Grip { wheel, share } => set(&mut plant.grip, wheel, share),
+        Order::Gyro { answers } => plant.gyro_bias_radps = answers.then_some(GYRO_BIAS_RADPS),
+    }
+}
+
+/// Tells the test bench where the robot really is.
+pub(super) fn publish(plant: &Plant) {
+    let (pose, velocity) = (plant.pose(), plant.velocity());
+    let truth = [pose.x, pose.y, pose.yaw, velocity.x, velocity.y, velocity.z];
+    TRUTH.lock(|place| place.set(truth));
+}
+
+/// Serves the test bench on `port`.
+pub async fn serve(mut port: impl Read + Write, place: Place) -> ! {
+    let mut line = Vec::<u8, LINE>::new();
+    loop {
+        let mut byte = [0];
+        let _ = waiting(place, port.read(&mut byte)).await;
+        let [byte] = byte;
+        if byte != b'\n' {
+            // A line that is too long is none of ours, cut off or not.
+            let _ = line.push(byte);
+            continue;
+        }
+        let answer = answer(core::str::from_utf8(&line).unwrap_or_default()).await;
+        line.clear();
+        let _ = waiting(place, port.write_all(answer.as_bytes())).await;
+    }
+}
+
+async fn answer(line: &str) -> String<LINE> {
+    let mut answer = String::new();
+    let mut words = line.split_whitespace();
+    // It fits: the longest has six numbers of at most 12 characters.
+    let _ = match words.next() {
+        Some("hang") => loop {
+            cortex_m::asm::nop();
+        },
+        Some("truth") => {
+            let [x, y, yaw, vx, vy, wz] = TRUTH.lock(Cell::get);
+            writeln!(answer, "truth {x:.5} {y:.5} {yaw:.5} {vx:.5} {vy:.5} {wz:.5}")
+        }
+        Some("cost") => {
+            let cost::Costs { ticks, median, worst } = cost::take();
+            writeln!(answer, "cost {ticks} {median} {worst} {}", deepest_stack())
+        }
+        word => match word.and_then(|word| order(word, words)) {
+            Some(order) => {
+                ORDERS.send(order).await;
+                writeln!(answer, "ok")
+            }
+            None => writeln!(answer, "what?"),
+        },
+    };
+    answer
+}
+
+fn order<'a>(word: &str, mut words: impl Iterator<Item = &'a str>) -> Option<Order> {
+    let mut number = || words.next()?.parse::<f32>().ok();
+    if word == "gyro" {
+        return Some(Order::Gyro { answers: number()? != 0.0 });
+    }
+    let wheel = number()? as usize;
+    let value = number()?;
+    let broken = value != 0.0;
+    Some(match word {
+        "encoder" => Order::Encoder { wheel, stuck: broken },
+        "driver" => Order::Driver { wheel, fault: broken },
+        "wheel" => Order::Wheel { wheel, blocked: broken },
+        "grip" => Order::Grip { wheel, share: value },
+        _ => return None,
+    })
+}

@@ -1,0 +1,6 @@
+//! The boards a chassis runs on: pins, clocks and drivers, nothing that decides.
+//!
+//! Each gives [`crate::tasks`] what it is generic over.
+
+#[cfg(feature = "emulated")]
+pub mod emulated;
