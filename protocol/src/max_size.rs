@@ -137,7 +137,7 @@ enums! {
     }
     FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen }
     Activity { Working, Waiting, Approaching, Docked, Stranded }
-    UnassignedReason { AllTaken, OutOfReach, UnknownRobot }
+    UnassignedReason { AllTaken, OutOfReach }
     ChassisRefusal {
         ForwardSpeed,
         SidewaysSpeed,

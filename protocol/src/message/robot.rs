@@ -97,6 +97,4 @@ pub enum UnassignedReason {
     AllTaken,
     /// No pile is in reach (the empty set of LMPP eq. 9): help has to come.
     OutOfReach,
-    /// The coordinator's fleet has no such robot.
-    UnknownRobot,
 }

@@ -71,7 +71,7 @@ pub fn messages() -> [(Message, &'static str, usize); 22] {
             first: u16::MAX,
             waypoints: full(POSITION),
         }),
-        Unassigned(Unassigned { request, reason: UnassignedReason::UnknownRobot }),
+        Unassigned(Unassigned { request, reason: UnassignedReason::OutOfReach }),
         Drive(Drive { command, ttl: DurationMs::MAX, twist: TWIST }),
         Stop(Stop { command, emergency: true }),
         Release(Release { command }),

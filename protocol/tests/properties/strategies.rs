@@ -302,7 +302,7 @@ fn site() -> impl Strategy<Value = Message> {
                 waypoints
             })
         ),
-        (request(), select(&[AllTaken, OutOfReach, UnknownRobot][..]))
+        (request(), select(&[AllTaken, OutOfReach][..]))
             .prop_map(|(request, reason)| Message::Unassigned(Unassigned { request, reason })),
     ]
 }

@@ -66,7 +66,7 @@ fn every_enum_keeps_its_ordinals() {
     } in v01::NACK_REASONS);
     check_enum!(FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen } in v01::FAULT_CODES);
     check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded } in v01::ACTIVITIES);
-    check_enum!(UnassignedReason { AllTaken, OutOfReach, UnknownRobot } in v01::UNASSIGNED_REASONS);
+    check_enum!(UnassignedReason { AllTaken, OutOfReach } in v01::UNASSIGNED_REASONS);
     check_enum!(ChassisRefusal {
         ForwardSpeed, SidewaysSpeed, TurnRate, TimeToLive, Stopped, Moving, NotCleared, TooManyTasks
     } in v01::CHASSIS_REFUSALS);

@@ -51,11 +51,8 @@ pub const ACTIVITIES: [(Activity, &str); 5] = [
     (Activity::Stranded, "04"),
 ];
 
-pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 3] = [
-    (UnassignedReason::AllTaken, "00"),
-    (UnassignedReason::OutOfReach, "01"),
-    (UnassignedReason::UnknownRobot, "02"),
-];
+pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 2] =
+    [(UnassignedReason::AllTaken, "00"), (UnassignedReason::OutOfReach, "01")];
 
 pub const CHASSIS_REFUSALS: [(ChassisRefusal, &str); 8] = [
     (ChassisRefusal::ForwardSpeed, "00"),
