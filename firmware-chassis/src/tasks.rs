@@ -6,7 +6,7 @@
 //! dropped, as a message lost on the link would be, and comes again.
 
 use embassy_futures::select::{Either, select};
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant, Timer};
 use firmware_common::reader::Seen;
 use firmware_common::supervisor::Place;
 use firmware_common::tasks::{Inbox, News, Outbox};
@@ -29,8 +29,8 @@ pub const ROBOT: RobotId = RobotId(match option_env!("CHARGEHAND_ROBOT_ID") {
 /// Motors, encoders, gyroscope and battery meter of a board. Neither call may wait for long: a tick
 /// has 10 ms.
 pub trait Body {
-    /// What the sensors say now; called once a tick.
-    fn sense(&mut self) -> Sensors;
+    /// What the sensors say `now`; called once a tick.
+    fn sense(&mut self, now: Millis) -> Sensors;
 
     /// What the motors do from now on.
     fn drive(&mut self, motors: Motors);
@@ -45,14 +45,16 @@ pub async fn control(
     outbox: &Outbox<OUTBOX>,
     place: Place,
 ) -> ! {
-    let mut ticker = Ticker::every(Duration::from_millis(TICK.0.into()));
+    let mut tick_at = Instant::now();
     loop {
-        let event = select(ticker.next(), inbox.receive()).await;
-        let now = Millis(Instant::now().as_millis());
+        let event = select(Timer::at(tick_at), inbox.receive()).await;
+        let woken_at = Instant::now();
+        let now = Millis(woken_at.as_millis());
         let outputs = match &event {
             Either::First(()) => {
                 place.check_in();
-                chassis.step(now, Input::Tick(body.sense()))
+                tick_at = next_tick(tick_at, woken_at);
+                chassis.step(now, Input::Tick(body.sense(now)))
             }
             Either::Second(News::Frame(frame)) => chassis.step(now, Input::Frame(frame)),
             Either::Second(News::Discarded(error)) => chassis.step(now, Input::Discarded(*error)),
@@ -65,4 +67,12 @@ pub async fn control(
             let _ = outbox.try_send(message);
         }
     }
+}
+
+/// When to tick after the one that was due at `due` and came at `now`. Ticks that were missed are
+/// not made up for: the core takes a late one for as many as have passed.
+fn next_tick(due: Instant, now: Instant) -> Instant {
+    let tick = Duration::from_millis(TICK.0.into());
+    let missed = now.saturating_duration_since(due).as_ticks() / tick.as_ticks();
+    due + Duration::from_ticks(tick.as_ticks() * (missed + 1))
 }

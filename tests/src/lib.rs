@@ -1,4 +1,5 @@
 //! What the tests that cross crates share: a board in QEMU with its log, and what is wired to it.
 
+pub mod chassis_bench;
 pub mod emulator;
 pub mod uhf_reader;
