@@ -18,6 +18,16 @@ pub struct Reproduce {
     json: bool,
 }
 
+/// What the notes on door sets mean.
+const DOORS: [(&str, &str); 2] = [
+    ("doors as drawn", "each subarea has its own doors"),
+    (
+        "doors as run",
+        "what the lengths of Tests 3 and 4 demand: the hall also offers doors 1 and 2 and links them to \
+         door 4, the corridor offers doors 3 and 7 only",
+    ),
+];
+
 impl Reproduce {
     pub fn run(self) -> Outcome {
         let rows = lmpp::rows(self.table)?;
@@ -39,8 +49,15 @@ fn text(rows: &[Row]) -> String {
     let mut text: Vec<String> = lines.by_ref().take(2).map(str::to_owned).collect();
     text.extend(lines.zip(rows).map(|(line, row)| coloured(line, row.verdict)));
     let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+    text.push(String::new());
+    text.extend(
+        DOORS
+            .iter()
+            .filter(|(set, _)| rows.iter().any(|row| row.note.contains(set)))
+            .map(|(set, meaning)| format!("{set}: {meaning}")),
+    );
     text.push(format!(
-        "\nLMPP: {} rows, {} exact, {} close, {} differ, {} not comparable",
+        "LMPP: {} rows, {} exact, {} close, {} differ, {} not comparable",
         rows.len(),
         count(Verdict::Exact),
         count(Verdict::Close),

@@ -80,6 +80,13 @@ impl Row {
         self.note += note;
     }
 
+    /// The same with a remark more.
+    #[must_use]
+    pub(super) fn noted(mut self, note: &str) -> Self {
+        self.add_note(note);
+        self
+    }
+
     /// Our value, as a person compares it: a number to the precision that is printed.
     #[must_use]
     pub fn ours_as_printed(&self) -> String {

@@ -3,7 +3,7 @@
 use protocol::PileId;
 
 use super::{
-    Failed, Laboratory, at, compared, inputs, lengths,
+    AS_RUN, Failed, Laboratory, at, compared, inputs, lengths,
     published::{
         Q_THRESHOLD, TABLE_7, TABLE_8, TABLE_9, TABLE_10, TEST_3_CHOICES, TEST_3_START, TEST_4_CHOICES,
         TEST_4_REACHES,
@@ -80,7 +80,7 @@ fn choice(
         if row.verdict == Verdict::Differs {
             explain(&mut row, &ours, reach.into(), printed.map(PileId));
         }
-        rows.push(row);
+        rows.push(row.noted(AS_RUN));
     }
     Ok(rows)
 }

@@ -143,6 +143,11 @@ fn uncompared(
     Row { verdict: Verdict::NotComparable, note: note.into(), ..row }
 }
 
+/// The note on rows of Tests 1 and 5.
+const AS_DRAWN: &str = "doors as drawn";
+/// The note on rows of Tests 3 and 4.
+const AS_RUN: &str = "doors as run";
+
 /// A location as it is printed.
 fn at([x, y]: [i32; 2]) -> String {
     format!("({x}, {y})")
