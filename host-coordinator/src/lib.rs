@@ -12,6 +12,7 @@
 //! | [`core`] | what happens, what is known, what follows: pure |
 //! | [`store`] | the event log |
 //! | [`links`] | frames to and from piles and robots |
+//! | [`chassis`] | a robot's chassis on the line to this computer: drive, watch, record, plot |
 //! | [`api`] | what programs and the dashboard can ask |
 //! | [`daemon`] | the shell that runs the core: clock, sockets, log |
 //! | [`reproduce`] | the papers' tables, computed again and compared |
@@ -19,6 +20,7 @@
 //! | [`simulate`] | a whole site on loopback: the real pile cores, simulated robots |
 
 pub mod api;
+pub mod chassis;
 pub mod config;
 pub mod core;
 pub mod daemon;

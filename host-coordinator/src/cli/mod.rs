@@ -5,6 +5,7 @@
 //! prints its result on standard output with [`out`] or [`out_json`] and returns any error;
 //! [`main`] prints it on standard error and turns it into the exit code.
 
+mod chassis;
 mod check;
 mod demo;
 mod map;
@@ -45,6 +46,7 @@ enum Command {
     Plan(plan::Plan),
     Select(select::Select),
     Reproduce(reproduce::Reproduce),
+    Chassis(chassis::Chassis),
 }
 
 impl Command {
@@ -57,6 +59,7 @@ impl Command {
             Self::Plan(command) => command.run(),
             Self::Select(command) => command.run(),
             Self::Reproduce(command) => command.run(),
+            Self::Chassis(command) => command.run(),
         }
     }
 }

@@ -1,0 +1,18 @@
+//! A robot's chassis on the line to this computer, which stands in for the robot's own: drive it,
+//! watch it, record it and plot what was recorded.
+//!
+//! | module | one idea |
+//! |---|---|
+//! | [`session`] | what to say to a chassis, and when: pure |
+//! | [`line`](mod@line) | serial and TCP |
+//! | [`run`] | the shell around a session: line, clock, signal |
+//! | [`words`] | what a chassis says, for a person |
+//! | [`recording`] | MCAP files, written and read |
+//! | [`plot`] | a recording as a picture |
+
+pub mod line;
+pub mod plot;
+pub mod recording;
+pub mod run;
+pub mod session;
+pub mod words;

@@ -1,0 +1,119 @@
+//! The shell around a [`Session`]: moves bytes and time between it and a chassis' line.
+
+use std::{
+    io,
+    time::{Duration, Instant},
+};
+
+use protocol::{BootEpoch, Deframer, DeviceId, DurationMs, FrameWriter, Message, Millis, limits};
+use tokio::{
+    io::{AsyncReadExt as _, AsyncWriteExt as _},
+    time::{self, MissedTickBehavior},
+};
+
+use super::{
+    line::Line,
+    session::{Heard, Input, Outputs, Session, SessionError},
+};
+
+/// How often a session looks at its clock.
+const TICK: Duration = Duration::from_millis(5);
+/// A line that takes no byte for this long is lost.
+const STUCK: Duration = Duration::from_secs(2);
+
+/// Why a conversation ended before its goal.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// See there.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// The other side is gone.
+    #[error("the line to the chassis was lost ({error}){}", aftermath(*.moving))]
+    Lost {
+        /// Why.
+        error: io::Error,
+        /// Whether the chassis was in motion.
+        moving: bool,
+    },
+    /// What was heard could not be printed or recorded.
+    #[error(transparent)]
+    Hearing(Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// Who listens to the reports of a chassis: it gets the session and the report.
+pub type Hear<'a> = dyn FnMut(&Session, &Heard) -> Result<(), Box<dyn std::error::Error + Send + Sync>> + 'a;
+
+/// Runs `session` to its end. `boot` tells this run from the last; `interrupt` ends when the person
+/// wants it to end.
+///
+/// # Errors
+/// [`RunError`]; a chassis in motion then stops by itself.
+pub async fn run(
+    line: &mut dyn Line,
+    session: &mut Session,
+    boot: BootEpoch,
+    interrupt: impl Future<Output = ()>,
+    hear: &mut Hear<'_>,
+) -> Result<(), RunError> {
+    let start = Instant::now();
+    let mut writer = None;
+    let mut deframer = Deframer::new();
+    let mut buffer = [0; 2048];
+    let mut ticks = time::interval(TICK);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut interrupt = std::pin::pin!(interrupt);
+    let mut interrupted = false;
+    let mut inputs = Vec::new();
+
+    while !session.is_done() {
+        tokio::select! {
+            _ = ticks.tick() => inputs.push(Input::Tick),
+            () = &mut interrupt, if !interrupted => {
+                interrupted = true;
+                inputs.push(Input::Interrupt);
+            }
+            read = line.read(&mut buffer) => {
+                let length = match read {
+                    Ok(0) => Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the other side hung up")),
+                    other => other,
+                }.map_err(|error| lost(session, error))?;
+                deframer.feed(buffer.get(..length).unwrap_or_default(), |found| {
+                    inputs.push(found.map_or_else(Input::Discarded, Input::Frame));
+                });
+            }
+        }
+        for input in inputs.drain(..) {
+            let now = Millis(u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX));
+            let Outputs { send, heard } = session.step(now, input)?;
+            if let Some(heard) = &heard {
+                hear(session, heard).map_err(RunError::Hearing)?;
+            }
+            let Some(robot) = session.robot() else { continue };
+            let writer = writer.get_or_insert_with(|| FrameWriter::new(DeviceId::Robot(robot), boot));
+            for message in send {
+                write(line, writer, message).await.map_err(|error| lost(session, error))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+async fn write(line: &mut dyn Line, writer: &mut FrameWriter, message: Message) -> io::Result<()> {
+    let bytes = writer.write(message).map_err(io::Error::other)?;
+    time::timeout(STUCK, line.write_all(&bytes)).await?
+}
+
+fn lost(session: &Session, error: io::Error) -> RunError {
+    RunError::Lost { error, moving: session.is_moving() }
+}
+
+fn aftermath(moving: bool) -> String {
+    const TTL: DurationMs = limits::DRIVE_TTL;
+    if moving {
+        format!(
+            " while it was driving: it ramps to a stop by itself within {TTL} ms; check the line, then `watch` it"
+        )
+    } else {
+        "; check it and try again".into()
+    }
+}
