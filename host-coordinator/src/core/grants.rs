@@ -62,9 +62,15 @@ impl Coordinator {
                 Phase::Refused => self.revoke(turn, pile, lease.name, RevokeReason::Unanswered),
                 Phase::Held { .. } | Phase::Revoking { .. } => {}
             }
-        } else if matches!(lease.phase, Phase::Held { .. }) && lease.command.is_none() {
+        } else if matches!(lease.phase, Phase::Held { .. })
+            && lease.command.is_none()
+            && lease.name.epoch == self.state.epoch
+        {
             self.end(turn, pile, lease, LeaseEnd::Lost, DurationMs(0));
         }
+        // A lease of an earlier epoch may be held though the report does not know it: after a
+        // restart it is not known whether the report was sent before the pile accepted the lease.
+        // The pile's answer to the extension that is due tells.
     }
 
     /// A pile holds to a lease that is not recorded: the log was lost, or the lease ran out here

@@ -372,6 +372,13 @@ impl BoxSite {
         }
     }
 
+    /// The last events about a pile, newest first.
+    fn story_of(&self, pile: PileId) -> String {
+        let about = format!("{pile:?}");
+        let told = self.log.iter().rev().map(|event| format!("\n  {event:?}"));
+        told.filter(|event| event.contains(&about) || event.contains("EpochStarted")).take(16).collect()
+    }
+
     /// What must hold at every instant.
     fn check(&self) {
         let state = self.coordinator.state();
@@ -381,9 +388,12 @@ impl BoxSite {
             let held = pile.core.leases().current();
             if let (Some(recorded), Some(held)) = (recorded, held) {
                 assert_eq!(
-                    recorded.name.lease, held.name.lease,
-                    "seed {}, {} ms: two holders of pile {id}: {recorded:?} and {held:?}",
-                    self.seed, self.now
+                    recorded.name.lease,
+                    held.name.lease,
+                    "seed {}, {} ms: two holders of pile {id}: {recorded:?} and {held:?}, after{}",
+                    self.seed,
+                    self.now,
+                    self.story_of(*id)
                 );
             }
             if let Some(lease) = recorded {

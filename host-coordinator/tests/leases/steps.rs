@@ -553,6 +553,25 @@ fn a_restart_keeps_leases_and_extends_them_under_the_new_epoch() {
 }
 
 #[test]
+fn after_a_restart_a_report_that_may_be_older_than_the_lease_does_not_end_it() {
+    let (granted, lease) = Desk::granted();
+    let restarted = || {
+        let mut desk = Desk::with_log(granted.events.clone());
+        desk.robot_is(ROBOT, Activity::Approaching, Some(1));
+        desk.pile_says(P, Availability::Free, None);
+        assert!(matches!(desk.phase(P), Some(Phase::Held { .. })));
+        assert_eq!(desk.last_command(P).unwrap().1.lease, lease.lease, "the pile is asked");
+        desk
+    };
+    let mut desk = restarted();
+    desk.ack(P);
+    assert!(matches!(desk.phase(P), Some(Phase::Held { .. })));
+    let mut desk = restarted();
+    desk.nack(P, NackReason::Ended);
+    assert_ne!(desk.state().lease(P).unwrap().name.lease, lease.lease, "the free pile is granted anew");
+}
+
+#[test]
 fn a_first_time_and_a_device_of_no_site_are_answered_and_refused() {
     let mut desk = Desk::new();
     let asked = Message::TimeRequest(TimeRequest { asked_at: Millis(55) });
