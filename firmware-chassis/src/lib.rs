@@ -25,6 +25,7 @@
 //! | [`motion`] | driving, stopping, braked: which of them, and why |
 //! | [`odometry`] | where the robot is, and how sure that is |
 //! | [`gyro`] | the turn rate, its bias taken out |
+//! | [`icm20948`] | the driver of the gyroscope |
 //! | [`monitor`] | what is wrong with the chassis, and how it is noticed |
 //! | [`battery`] | what the battery holds, and what tasks take from it (Access eqs. 1, 2) |
 //! | [`report`] | the numbers as quantities of the wire |
@@ -42,6 +43,7 @@ pub mod chassis;
 pub mod commands;
 pub mod control;
 pub mod gyro;
+pub mod icm20948;
 pub mod kinematics;
 pub mod limits;
 pub mod monitor;

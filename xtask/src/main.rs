@@ -16,7 +16,7 @@ mod toolchain;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
 
 use command::Failure;
 
@@ -34,10 +34,15 @@ enum Task {
     Setup,
     /// Runs every check and every test, the quick ones first.
     Test,
-    /// Builds the images that QEMU runs and prints their flash and RAM use.
+    /// Builds the boards' images and prints their flash and RAM use.
     Firmware,
     /// Prints the flash and RAM use of the images built last.
     Size,
+    /// Measures an image: what a control tick of the chassis costs in instructions, and memory.
+    Bench {
+        /// Which.
+        image: Bench,
+    },
     /// Boots the pile's image in QEMU and shows its log.
     Emulate {
         /// Where USART1, the link to the coordinator, listens on this machine.
@@ -49,12 +54,19 @@ enum Task {
     },
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum Bench {
+    /// The chassis, for 10,000 control ticks: about two minutes.
+    Chassis,
+}
+
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Setup => setup::all().map(|_| println!("setup: all is there")),
         Task::Test => test::all(),
         Task::Firmware => setup::arm_toolchain().and_then(|toolchain| firmware::build(&toolchain)),
         Task::Size => size::print(),
+        Task::Bench { image: Bench::Chassis } => bench_chassis(),
         Task::Emulate { link, reader } => emulate(link, reader),
     };
     match result {
@@ -72,6 +84,12 @@ fn emulate(link: u16, reader: u16) -> Result<(), Failure> {
     command::cargo("run --quiet --package tests --bin emulate --")
         .args([link.to_string(), reader.to_string()])
         .run()
+}
+
+fn bench_chassis() -> Result<(), Failure> {
+    let toolchain = setup::all()?;
+    firmware::build(&toolchain)?;
+    command::cargo("run --quiet --package tests --bin bench_chassis").run()
 }
 
 /// The root of the repository.

@@ -4,3 +4,5 @@
 
 #[cfg(feature = "emulated")]
 pub mod emulated;
+#[cfg(feature = "stm32")]
+pub mod stm32;
