@@ -67,8 +67,8 @@ impl MoveSet {
 /// Whether a robot may move from `from` by `step`: the corner rule.
 #[must_use]
 pub fn allowed(grid: &Grid, from: Cell, (dx, dy): Step) -> bool {
-    let (x, y) = (from.x.min(from.x + dx), from.y.min(from.y + dy));
-    (0..=dy.abs()).all(|row| (0..=dx.abs()).all(|column| grid.is_free(Cell { x: x + column, y: y + row })))
+    let corner = from.offset(dx.min(0), dy.min(0));
+    (0..=dy.abs()).all(|row| (0..=dx.abs()).all(|column| grid.is_free(corner.offset(column, row))))
 }
 
 /// An exact length: how many moves of each kind. Lengths order by [`Self::units`].
@@ -144,5 +144,81 @@ impl Add for Length {
 impl Sum for Length {
     fn sum<I: Iterator<Item = Self>>(lengths: I) -> Self {
         lengths.fold(Self::default(), Add::add)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::search::{Workspace, dijkstra};
+
+    fn open_grid(width: u32, height: u32) -> Grid {
+        let mut grid = Grid::blocked(width, height).unwrap();
+        (0..grid.len()).for_each(|index| grid.set(grid.cell(index), true));
+        grid
+    }
+
+    #[test]
+    fn one_blocked_cell_forbids_just_the_moves_whose_box_it_is_in() {
+        let from = Cell { x: 2, y: 2 };
+        for &(dx, dy) in MoveSet::Sixteen.steps() {
+            for blocked in open_grid(5, 5).free_cells() {
+                let mut grid = open_grid(5, 5);
+                grid.set(blocked, false);
+                let (x, y) = (blocked.x - from.x, blocked.y - from.y);
+                let in_box = (dx.min(0)..=dx.max(0)).contains(&x) && (dy.min(0)..=dy.max(0)).contains(&y);
+                assert_eq!(allowed(&grid, from, (dx, dy)), !in_box, "({dx}, {dy}) with {blocked} blocked");
+            }
+        }
+    }
+
+    #[test]
+    fn no_move_leaves_the_grid_wherever_it_starts() {
+        let grid = open_grid(3, 3);
+        for far in [i32::MIN, -1, 3, i32::MAX] {
+            for &step in MoveSet::Sixteen.steps() {
+                assert!(
+                    !allowed(&grid, Cell { x: far, y: 1 }, step)
+                        && !allowed(&grid, Cell { x: 1, y: far }, step)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_open_length_is_what_a_search_finds() {
+        let grid = open_grid(19, 19);
+        let from = Cell { x: 9, y: 9 };
+        for moves in [MoveSet::Eight, MoveSet::Sixteen] {
+            let mut workspace = Workspace::default();
+            let ways = dijkstra(&grid, moves, from, &[], &mut workspace).unwrap();
+            for cell in grid.free_cells() {
+                let open = moves.open_length(cell.x - from.x, cell.y - from.y);
+                assert_eq!(ways.length_to(cell), Some(open), "{moves:?} to {cell}");
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_a_hundred_thousandth_apart_are_told_apart() {
+        let shorter = Length { straight: 34, diagonal: 6, knight: 0 };
+        let longer = Length { straight: 0, diagonal: 0, knight: 19 };
+        assert!(longer.units() - shorter.units() < 1.1e-5);
+        assert!(shorter < longer);
+    }
+
+    proptest! {
+        #[test]
+        fn lengths_order_as_their_real_values(
+            one in (0u32..300, 0u32..300, 0u32..300), other in (0u32..300, 0u32..300, 0u32..300),
+        ) {
+            let length = |(straight, diagonal, knight)| Length { straight, diagonal, knight };
+            let (one, other) = (length(one), length(other));
+            // Nearer than that a double does not tell which is longer.
+            prop_assume!(one == other || (one.units() - other.units()).abs() > 1e-9);
+            prop_assert_eq!(one.cmp(&other), one.units().total_cmp(&other.units()));
+        }
     }
 }
