@@ -3,9 +3,15 @@
 //! A site is divided into subareas, such as rooms; doors join two of them. A door is a cell in or
 //! at the opening through which robots pass.
 
-use std::{collections::BTreeMap, fmt};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+};
 
-use crate::grid::{Cell, Grid};
+use crate::{
+    grid::{Cell, Grid},
+    moves::{self, MoveSet},
+};
 
 /// A subarea of a site; its number counts the names in the order in which they appear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -170,9 +176,9 @@ pub enum DoorError {
     /// It joins a subarea to itself.
     #[error("door {0} joins a subarea to itself: name the two that it joins")]
     JoinsOne(DoorId),
-    /// One of its subareas is not near.
+    /// One of its subareas is not near, or only behind a wall.
     #[error(
-        "door {door} does not touch subarea {subarea}: expected a cell of it within {reach} cells of the door"
+        "door {door} does not lead to subarea {subarea}: expected an opening to it within {reach} cells of the door"
     )]
     FarFrom {
         /// The door.
@@ -193,8 +199,9 @@ pub enum DoorError {
 }
 
 impl Rooms {
-    /// Joins subareas by doors. From a door, a wall and both its subareas must be within `reach`
-    /// cells (straight or diagonal): thicker walls need more.
+    /// Joins subareas by doors. Within `reach` cells of a door (straight or diagonal) must be a wall,
+    /// and a robot must come to both its subareas without leaving these cells: a door beside an
+    /// unbroken wall is none. Thicker walls need more reach.
     ///
     /// # Errors
     /// Everything that is wrong with every door.
@@ -248,10 +255,69 @@ fn check(subareas: &Subareas, door: &Door, reach: u32) -> Result<(), DoorError> 
     if around().all(|cell| subareas.grid.is_free(cell)) {
         return Err(DoorError::NoWall { door: door.id, reach });
     }
-    if let Some(far) = door.joins.into_iter().find(|&id| around().all(|cell| subareas.find(cell) != Some(id)))
-    {
+    let entered = entered(subareas, door.cell, reach);
+    if let Some(far) = door.joins.into_iter().find(|id| !entered.contains(id)) {
         let subarea = subareas.name(far).unwrap_or('?');
         return Err(DoorError::FarFrom { door: door.id, subarea, reach });
     }
     Ok(())
+}
+
+/// The subareas to which a robot comes from `door` without going further than `reach` from it.
+fn entered(subareas: &Subareas, door: Cell, reach: u32) -> BTreeSet<SubareaId> {
+    let is_near = |cell: Cell| cell.x.abs_diff(door.x).max(cell.y.abs_diff(door.y)) <= reach;
+    let mut seen = BTreeSet::from([door]);
+    let mut open = vec![door];
+    while let Some(cell) = open.pop() {
+        for &step in MoveSet::Eight.steps() {
+            let next = cell.offset(step.0, step.1);
+            if is_near(next) && moves::allowed(&subareas.grid, cell, step) && seen.insert(next) {
+                open.push(next);
+            }
+        }
+    }
+    seen.into_iter().filter_map(|cell| subareas.find(cell)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::formats::movingai::read_map;
+
+    fn grid() -> Grid {
+        read_map("type octile\nheight 2\nwidth 5\nmap\n..@..\n..@..\n").unwrap()
+    }
+
+    fn error(text: &str) -> String {
+        Subareas::read(text, &grid()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn every_cell_is_in_the_subarea_that_is_drawn() {
+        let subareas = Subareas::read("aa@bb\r\naa@bb\r\n", &grid()).unwrap();
+        let [a, b] = ['a', 'b'].map(|name| subareas.named(name));
+        assert_eq!(subareas.iter().map(|(_, name)| name).collect::<String>(), "ab");
+        assert_eq!((subareas.find(Cell { x: 1, y: 0 }), subareas.find(Cell { x: 3, y: 1 })), (a, b));
+        assert_eq!((subareas.find(Cell { x: 2, y: 1 }), subareas.find(Cell { x: 5, y: 0 })), (None, None));
+    }
+
+    #[test]
+    fn a_picture_that_does_not_fit_the_map_is_named_by_line_and_column() {
+        assert_eq!(error("aa@bb\n"), "line 1: 1 rows of subareas: expected 2, as the map has");
+        assert_eq!(error("aa@bb\naa@b\n"), "line 2: 4 cells: expected 5, as the map has");
+        assert_eq!(error("aa@bb\naacbb\n"), "line 2, column 3: `c` on a blocked cell: expected `@`");
+        assert_eq!(
+            error("aa@bb\n@a@bb\n"),
+            "line 2, column 1: `@` on a free cell: expected a subarea's name"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_makes_the_reader_panic(text in "([ab@\u{e9}]{0,6}\r?\n?){0,4}") {
+            let _ = Subareas::read(&text, &grid());
+        }
+    }
 }

@@ -201,7 +201,7 @@ proptest! {
 }
 
 #[test]
-fn a_door_in_the_middle_of_a_room_is_refused() {
+fn a_door_in_no_opening_is_refused() {
     let grid = read_map(&format!(
         "type octile\nheight 20\nwidth 41\nmap\n{}",
         "....................@....................\n".repeat(20)
@@ -221,7 +221,12 @@ fn a_door_in_the_middle_of_a_room_is_refused() {
     assert_eq!(errors(10, 10, joins), ["door 1 is in no wall: expected a blocked cell within 3 cells of it"]);
     assert_eq!(
         errors(17, 10, joins),
-        ["door 1 does not touch subarea b: expected a cell of it within 3 cells of the door"]
+        ["door 1 does not lead to subarea b: expected an opening to it within 3 cells of the door"]
+    );
+    // Subarea b is two cells away, but the wall between is unbroken.
+    assert_eq!(
+        errors(19, 10, joins),
+        ["door 1 does not lead to subarea b: expected an opening to it within 3 cells of the door"]
     );
     assert_eq!(
         errors(20, 10, joins),

@@ -191,8 +191,8 @@ fn note_door(document: &Document<'_>, entries: &[Placed<DoorEntry>], error: &Doo
         DoorError::JoinsOne(door) => (door, "joins a subarea to itself".into(), "two subareas".into()),
         DoorError::FarFrom { door, subarea, reach } => (
             door,
-            format!("is not near subarea \"{subarea}\", which it joins"),
-            format!("a cell of it within {reach} cells"),
+            format!("does not lead to subarea \"{subarea}\", which it joins"),
+            format!("an opening to it within {reach} cells"),
         ),
         DoorError::NoWall { door, reach } => {
             (door, "is in no wall".into(), format!("a blocked cell within {reach} cells of it"))

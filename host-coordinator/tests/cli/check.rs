@@ -104,7 +104,14 @@ fn check_refuses_a_door_in_no_wall() {
         "site.toml",
         "at = [24, 70]",
         "at = [75, 70]",
-        "door 1 is not near subarea \"A\", which it joins",
+        "door 1 does not lead to subarea \"A\", which it joins",
+    );
+    // Near both of its rooms, but beside an unbroken wall.
+    check_finds(
+        "site.toml",
+        "at = [24, 70]",
+        "at = [10, 70]",
+        "door 1 does not lead to subarea \"K\", which it joins, expected an opening to it within 5 cells",
     );
 }
 
