@@ -38,12 +38,16 @@ impl Pose {
     /// m, m, rad.
     #[must_use]
     pub fn moved(self, motion: &Velocity) -> Self {
-        let (forward, left) = chord(motion);
-        let (sin, cos) = libm::sincosf(self.yaw);
+        self.shifted(chord(motion), libm::sincosf(self.yaw), motion.z)
+    }
+
+    /// The pose after a chord in the frame of this one, whose yaw has this sine and cosine, and a
+    /// turn.
+    fn shifted(self, (forward, left): (f32, f32), (sin, cos): (f32, f32), turn: f32) -> Self {
         Self {
             x: (self.x + cos * forward - sin * left).clamp(-FARTHEST_M, FARTHEST_M),
             y: (self.y + sin * forward + cos * left).clamp(-FARTHEST_M, FARTHEST_M),
-            yaw: wrapped(self.yaw + motion.z),
+            yaw: wrapped(self.yaw + turn),
         }
     }
 }
@@ -129,8 +133,11 @@ impl Odometer {
             }
             variance.m33 = weight * gyro;
         }
-        self.spread(&motion, &variance);
-        self.pose = self.pose.moved(&motion);
+        let chord = chord(&motion);
+        // Once for both: it is computed in f64, for which the core has no instructions.
+        let yaw = libm::sincosf(self.pose.yaw);
+        self.spread(chord, yaw, &variance);
+        self.pose = self.pose.shifted(chord, yaw, motion.z);
         motion
     }
 
@@ -143,9 +150,8 @@ impl Odometer {
         scaled * to_twist.transpose()
     }
 
-    fn spread(&mut self, motion: &Velocity, variance: &Matrix3<f32>) {
-        let (forward, left) = chord(motion);
-        let (sin, cos) = libm::sincosf(self.pose.yaw);
+    /// Carries the covariance along a chord, at a yaw with this sine and cosine.
+    fn spread(&mut self, (forward, left): (f32, f32), (sin, cos): (f32, f32), variance: &Matrix3<f32>) {
         #[rustfmt::skip]
         let by_pose = Matrix3::new(
             1.0, 0.0, -sin * forward - cos * left,
