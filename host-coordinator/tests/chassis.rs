@@ -299,7 +299,7 @@ fn a_damaged_recording_is_refused_and_never_a_panic() {
         for (place, byte) in changes {
             changed[place] = byte;
         }
-        // What is read of it is drawn; a check catches nearly every change before.
+        // Its checks catch nearly every change; what they let through must not break the reader.
         let _ = Speeds::read(&changed);
     });
     assert!(!speeds.measured.is_empty());

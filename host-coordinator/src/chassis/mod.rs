@@ -4,6 +4,7 @@
 //! | module | one idea |
 //! |---|---|
 //! | [`session`] | what to say to a chassis, and when: pure |
+//! | [`outcome`] | how a session ends: its report, or why it failed |
 //! | [`line`](mod@line) | serial and TCP |
 //! | [`run`] | the shell around a session: line, clock, signal |
 //! | [`words`] | what a chassis says, for a person |
@@ -11,6 +12,7 @@
 //! | [`plot`] | a recording as a picture |
 
 pub mod line;
+pub mod outcome;
 pub mod plot;
 pub mod recording;
 pub mod run;

@@ -8,7 +8,7 @@ use plotters::{
 };
 use protocol::Twist;
 
-use super::recording::{Sample, Speeds};
+use super::recording::Speeds;
 
 /// The picture's size in pixels.
 pub const SIZE: (u32, u32) = (1_200, 1_080);
@@ -108,15 +108,22 @@ fn draw_panel(
         .y_desc(panel.label)
         .x_labels(12)
         .y_labels(7)
-        .x_label_formatter(&|value| format!("{value:.1}"))
-        .y_label_formatter(&|value| format!("{value:.2}"))
+        .x_label_formatter(&|value| format!("{:.1}", unsigned_zero(*value)))
+        .y_label_formatter(&|value| format!("{:.2}", unsigned_zero(*value)))
         .draw()?;
     for (name, samples, colour, width) in series {
         let style = colour.stroke_width(width * scale);
-        let point = |sample: &Sample| (sample.at_s, (panel.value)(&sample.twist));
+        // A command holds until the next one.
+        let holds = name == "commanded";
+        let mut before = None;
+        let points = samples.iter().flat_map(|sample| {
+            let value = (panel.value)(&sample.twist);
+            let held = before.replace(value).filter(|_| holds).map(|held| (sample.at_s, held));
+            held.into_iter().chain([(sample.at_s, value)])
+        });
         let length = i32::try_from(24 * scale)?;
         chart
-            .draw_series(LineSeries::new(samples.iter().map(point), style))?
+            .draw_series(LineSeries::new(points, style))?
             .label(name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + length, y)], style));
     }
@@ -130,6 +137,11 @@ fn draw_panel(
         .label_font(text(14))
         .draw()?;
     Ok(())
+}
+
+/// Of a number that is printed with two digits at most.
+fn unsigned_zero(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0 + 0.0
 }
 
 /// The mean of each square of [`OVERSAMPLING`] by [`OVERSAMPLING`] pixels.
@@ -159,4 +171,24 @@ fn encode(pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
     encoder.set_depth(png::BitDepth::Eight);
     encoder.write_header()?.write_image_data(pixels)?;
     Ok(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::{SpeedMps, TurnRateRadps};
+
+    use super::*;
+    use crate::chassis::recording::Sample;
+
+    #[test]
+    fn one_sample_centuries_and_the_fastest_of_all_twists_are_drawn() {
+        let fastest = Twist { vx: SpeedMps::MAX, vy: SpeedMps::MIN, wz: TurnRateRadps::MAX };
+        let sample = |at_s, twist| Sample { at_s, twist };
+        let rest = sample(0.0, Twist::default());
+        for measured in [vec![rest], vec![rest, sample(1.8e10, fastest)], vec![sample(1.8e10, fastest), rest]]
+        {
+            let speeds = Speeds { measured, ..Speeds::default() };
+            assert!(png(&speeds, "°²−").unwrap().starts_with(b"\x89PNG"));
+        }
+    }
 }

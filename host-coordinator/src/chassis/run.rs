@@ -13,7 +13,8 @@ use tokio::{
 
 use super::{
     line::Line,
-    session::{Heard, Input, Outputs, Session, SessionError},
+    outcome::SessionError,
+    session::{Heard, Input, Outputs, Session},
 };
 
 /// How often a session looks at its clock.

@@ -9,12 +9,11 @@
 
 use protocol::{
     Ack, ChassisMode, ChassisState, CommandId, DeviceId, Drive, DurationMs, Epoch, Frame, FrameError, Hello,
-    Message, Millis, NackReason, Odometry, Reference, Release, RobotId, SiteMillis, Stop, StopReason,
-    TimeSync, Twist, limits, version,
+    Message, Millis, NackReason, Odometry, Reference, Release, RobotId, SiteMillis, Stop, TimeSync, Twist,
+    limits, version,
 };
-use serde::Serialize;
 
-use super::words;
+use super::outcome::{Moved, Report, SessionError};
 
 /// A drive command follows the last after this time: three may be lost before the chassis stops.
 const DRIVE_INTERVAL: DurationMs = DurationMs(50);
@@ -45,6 +44,10 @@ pub enum Goal {
 
 /// What can happen to a session.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "an input lives for one step, and a box would be one more allocation"
+)]
 pub enum Input {
     /// Time passes; every few milliseconds.
     Tick,
@@ -72,87 +75,6 @@ pub struct Outputs {
     pub send: Vec<Message>,
     /// What the chassis has reported.
     pub heard: Option<Heard>,
-}
-
-/// Why a session has failed.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum SessionError {
-    /// No byte, or no more.
-    #[error("nothing was heard of a chassis for 2 s; is it on, and is this its line?")]
-    Silent,
-    /// Bytes, but no frame.
-    #[error(
-        "what arrives cannot be read ({error}); is this a chassis' line, at 921600 baud if it is serial?"
-    )]
-    Unreadable {
-        /// What was wrong last.
-        error: FrameError,
-    },
-    /// Another device.
-    #[error("this is the line of {sender}, not of a chassis; connect to the chassis' own")]
-    WrongDevice {
-        /// Whose.
-        sender: DeviceId,
-    },
-    /// It speaks another protocol.
-    #[error("{0}")]
-    Version(#[from] version::NoCommonVersion),
-    /// It reports, but does not answer.
-    #[error(
-        "the chassis of robot {robot} reports its motion but answers no command; \
-         is the line from this computer to the chassis broken?"
-    )]
-    Unanswered {
-        /// Whose.
-        robot: RobotId,
-    },
-    /// It refused.
-    #[error("the chassis of robot {robot} refuses to {what}: {}", words::refusal(*.reason))]
-    Refused {
-        /// Whose.
-        robot: RobotId,
-        /// What it was asked for.
-        what: &'static str,
-        /// Its reason.
-        reason: NackReason,
-    },
-    /// It was told to stop, said that it does, and still moves.
-    #[error(
-        "the chassis of robot {robot} has taken the stop but is not braked after 5 s; \
-         cut its power if it moves"
-    )]
-    NotStopping {
-        /// Whose.
-        robot: RobotId,
-    },
-}
-
-/// How a session went.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Report {
-    /// Whose chassis it was.
-    pub robot: Option<RobotId>,
-    /// Commands that it did.
-    pub done: u32,
-    /// How it moved when the drive ended, in m/s and rad/s.
-    pub reached: Twist,
-    /// How far it is from where it stood at first, in that place's axes.
-    pub moved: Moved,
-    /// What it does now.
-    pub mode: Option<ChassisMode>,
-    /// Why it does not drive.
-    pub stop: Option<StopReason>,
-}
-
-/// A way in the plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Moved {
-    /// Forward, in metres.
-    pub x_m: f32,
-    /// To the left, in metres.
-    pub y_m: f32,
-    /// Counter-clockwise, in radians from -pi to pi.
-    pub yaw_rad: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -267,7 +189,7 @@ impl Session {
     /// How it went so far.
     #[must_use]
     pub fn report(&self) -> Report {
-        let moved = self.first.zip(self.last).map(|(first, last)| moved(&first, &last));
+        let moved = self.first.zip(self.last).map(|(first, last)| Moved::between(&first, &last));
         Report {
             robot: self.robot,
             done: self.done,
@@ -453,10 +375,6 @@ fn is_due(now: Millis, last: Option<Millis>, interval: DurationMs) -> bool {
     last.is_none_or(|last| now.since(last) >= interval)
 }
 
-fn moved(first: &Odometry, last: &Odometry) -> Moved {
-    let (from, to) = (first.pose, last.pose);
-    let (x, y) = (to.x.get() - from.x.get(), to.y.get() - from.y.get());
-    let (sin, cos) = from.yaw.get().sin_cos();
-    let (turned_sin, turned_cos) = (to.yaw.get() - from.yaw.get()).sin_cos();
-    Moved { x_m: x * cos + y * sin, y_m: y * cos - x * sin, yaw_rad: turned_sin.atan2(turned_cos) }
-}
+#[cfg(test)]
+#[path = "session_tests.rs"]
+mod tests;

@@ -11,10 +11,11 @@ use std::{
 use host_coordinator::{
     chassis::{
         line::Address,
+        outcome::Report,
         plot,
         recording::{Recorder, Speeds},
         run::{RunError, run},
-        session::{Goal, Heard, Report, Session},
+        session::{Goal, Heard, Session},
         words,
     },
     simulate::duration::SimulatedTime,
