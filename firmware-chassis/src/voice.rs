@@ -1,42 +1,36 @@
 //! What the chassis says of itself, and when: who it is, and its state.
 
-use protocol::{ChassisState, DurationMs, Epoch, Hello, Millis, limits, version};
+use firmware_common::greeting::{Greeting, is_due};
+use protocol::{ChassisState, Epoch, Hello, Millis, limits};
 
 /// What was said last, and when.
 #[derive(Clone, Debug, Default)]
 pub struct Voice {
     state: Option<(Millis, ChassisState)>,
-    hello_at: Option<Millis>,
-    greeted: bool,
+    greeting: Greeting,
 }
 
 impl Voice {
     /// A chassis that has said nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { state: None, hello_at: None, greeted: false }
+        Self { state: None, greeting: Greeting::new() }
     }
 
-    /// The computer's Hello arrived. It answers ours, or is the first of its start and wants ours:
-    /// that is to be said now if this is true. Ours is held back while the last is fresh, so that
-    /// two answers never chase each other.
+    /// The computer's Hello arrived. Whether ours is to be said now.
     pub fn greeted(&mut self, now: Millis) -> bool {
-        let wanted = self.greeted && is_due(now, self.hello_at, limits::REPEAT_INTERVAL);
-        // Before our own Hello there was nothing to answer.
-        self.greeted = self.hello_at.is_some();
-        wanted
+        self.greeting.greeted(now)
     }
 
     /// Whether Hello has to be said because the computer has not answered it yet.
     #[must_use]
     pub fn hello_is_due(&self, now: Millis) -> bool {
-        !self.greeted && is_due(now, self.hello_at, limits::REPEAT_INTERVAL)
+        self.greeting.is_due(now)
     }
 
-    /// Says Hello.
+    /// Says Hello. A chassis knows no coordinator, and no epoch.
     pub fn hello(&mut self, now: Millis) -> Hello {
-        self.hello_at = Some(now);
-        Hello { min: version::MIN, current: version::CURRENT, software: SOFTWARE, epoch: Epoch(0) }
+        self.greeting.hello(now, Epoch(0))
     }
 
     /// The state to tell now, if its mode, stop or faults have changed or it was told
@@ -52,21 +46,4 @@ impl Voice {
         self.state = Some((now, state.clone()));
         Some(state)
     }
-}
-
-const SOFTWARE: [u8; 3] = [
-    number(env!("CARGO_PKG_VERSION_MAJOR")),
-    number(env!("CARGO_PKG_VERSION_MINOR")),
-    number(env!("CARGO_PKG_VERSION_PATCH")),
-];
-
-const fn number(text: &str) -> u8 {
-    match u8::from_str_radix(text, 10) {
-        Ok(number) => number,
-        Err(_) => u8::MAX,
-    }
-}
-
-fn is_due(now: Millis, last: Option<Millis>, interval: DurationMs) -> bool {
-    last.is_none_or(|last| now.since(last) >= interval)
 }

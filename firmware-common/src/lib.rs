@@ -6,6 +6,7 @@
 //! | [`reader`] | the RFID readers: bytes in, tags out |
 //! | [`presence`] | which tags stand in front of a reader |
 //! | [`clock`] | the site's time |
+//! | [`greeting`] | who a device is, said until it is answered |
 //! | [`passes`] | how often robots pass piles, by period of the day (LMPP eqs. 4, 8) |
 //! | [`supervisor`] | the watchdog is fed only if every task has checked in |
 //! | `tasks` | link and reader as tasks, generic over a board's drivers, only built for ARM |
@@ -15,6 +16,7 @@
 pub mod clock;
 #[cfg(all(target_arch = "arm", target_os = "none", feature = "emulated"))]
 pub mod emulated;
+pub mod greeting;
 pub mod passes;
 pub mod presence;
 pub mod reader;

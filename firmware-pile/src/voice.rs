@@ -1,6 +1,7 @@
 //! What a pile says of itself to the coordinator, and when: who it is, and its state.
 
-use protocol::{DurationMs, Epoch, Hello, Millis, PileState, SiteMillis, limits, version};
+use firmware_common::greeting::{Greeting, is_due};
+use protocol::{Epoch, Hello, Millis, PileState, SiteMillis, limits};
 
 /// A change of the charge state by this share is a change worth telling at once.
 const REMAINING_STEP: f32 = 0.01;
@@ -10,8 +11,7 @@ const REMAINING_STEP: f32 = 0.01;
 pub struct Voice {
     state: PileState,
     state_at: Option<Millis>,
-    hello_at: Option<Millis>,
-    greeted: bool,
+    greeting: Greeting,
 }
 
 /// A state to tell.
@@ -27,7 +27,7 @@ impl Voice {
     /// A pile that has said nothing yet and begins in `state`.
     #[must_use]
     pub const fn new(state: PileState) -> Self {
-        Self { state, state_at: None, hello_at: None, greeted: false }
+        Self { state, state_at: None, greeting: Greeting::new() }
     }
 
     /// The state that was told last.
@@ -36,26 +36,20 @@ impl Voice {
         &self.state
     }
 
-    /// The coordinator's Hello arrived. It answers ours, or is the first of its start and wants
-    /// ours: that is to be said now if this is true. Ours is held back while the last is fresh, so
-    /// that two answers never chase each other.
+    /// The coordinator's Hello arrived. Whether ours is to be said now.
     pub fn greeted(&mut self, now: Millis) -> bool {
-        let wanted = self.greeted && is_due(now, self.hello_at, limits::REPEAT_INTERVAL);
-        // Before our own Hello there was nothing to answer.
-        self.greeted = self.hello_at.is_some();
-        wanted
+        self.greeting.greeted(now)
     }
 
     /// Whether Hello has to be said because the coordinator has not answered it yet.
     #[must_use]
     pub fn hello_is_due(&self, now: Millis) -> bool {
-        !self.greeted && is_due(now, self.hello_at, limits::REPEAT_INTERVAL)
+        self.greeting.is_due(now)
     }
 
     /// Says Hello.
     pub fn hello(&mut self, now: Millis, epoch: Epoch) -> Hello {
-        self.hello_at = Some(now);
-        Hello { min: version::MIN, current: version::CURRENT, software: SOFTWARE, epoch }
+        self.greeting.hello(now, epoch)
     }
 
     /// The state to tell now, if it has changed or was told [`limits::STATE_INTERVAL`] ago (LMPP
@@ -73,26 +67,9 @@ impl Voice {
     }
 }
 
-const SOFTWARE: [u8; 3] = [
-    number(env!("CARGO_PKG_VERSION_MAJOR")),
-    number(env!("CARGO_PKG_VERSION_MINOR")),
-    number(env!("CARGO_PKG_VERSION_PATCH")),
-];
-
-const fn number(text: &str) -> u8 {
-    match u8::from_str_radix(text, 10) {
-        Ok(number) => number,
-        Err(_) => u8::MAX,
-    }
-}
-
 fn differ(a: &PileState, b: &PileState) -> bool {
     let discrete = |state: &PileState| {
         (state.row.availability, state.row.planned, state.holder, state.energised, state.ended)
     };
     discrete(a) != discrete(b) || (a.row.remaining.get() - b.row.remaining.get()).abs() >= REMAINING_STEP
-}
-
-fn is_due(now: Millis, last: Option<Millis>, interval: DurationMs) -> bool {
-    last.is_none_or(|last| now.since(last) >= interval)
 }
