@@ -1,6 +1,9 @@
 //! What differs from robot to robot.
 
-use firmware_common::{passes::PassRule, presence::RssiBand};
+use firmware_common::{
+    passes::{self, PassRule},
+    presence::RssiBand,
+};
 use protocol::{BootEpoch, DurationMs, RobotId};
 
 use crate::{kinematics, passing::PassParameters, ramp::RampRule};
@@ -181,6 +184,7 @@ impl Parameters {
             passes: PassParameters {
                 rule: PassRule::PerApproach {
                     band: RssiBand { enter_dbm: -70, leave_dbm: -76 },
+                    dwell: passes::DWELL,
                     gap: DurationMs(3_000),
                 },
                 period: DurationMs(2 * 3_600_000),

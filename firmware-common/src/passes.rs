@@ -23,15 +23,22 @@ pub const MAX_NEAR: usize = 16;
 /// Pairs of tag and period that can wait for their report.
 pub const MAX_COUNTS: usize = 64;
 
+/// The usual dwell of an approach: read at two polls of the reader in a row.
+pub const DWELL: DurationMs = DurationMs(150);
+
 /// What a pass is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PassRule {
     /// Every read, as the paper has it (eq. 4).
     PerSample,
-    /// An approach: a tag enters `band` and has left it when it was not read there for `gap`.
+    /// An approach: a tag enters `band`, dwells there for `dwell`, and has left it when it was not
+    /// read there for `gap`.
     PerApproach {
         /// The signal strengths at which a tag has come near and gone.
         band: RssiBand,
+        /// How long after its first read a tag must be read again. One read alone is no approach: it
+        /// may have come by a reflection from afar.
+        dwell: DurationMs,
         /// How long a tag must be away before it can approach again.
         gap: DurationMs,
     },
@@ -69,7 +76,7 @@ impl PassCounter {
     pub const fn new(rule: PassRule) -> Self {
         let near = match rule {
             PassRule::PerSample => None,
-            PassRule::PerApproach { band, gap } => Some(Presence::new(band, gap)),
+            PassRule::PerApproach { band, dwell, gap } => Some(Presence::new(band, gap).dwelling(dwell)),
         };
         Self { near, counts: Vec::new(), unattributed: 0 }
     }
@@ -118,7 +125,8 @@ mod tests {
     use super::*;
 
     const BAND: RssiBand = RssiBand { enter_dbm: -70, leave_dbm: -76 };
-    const PER_APPROACH: PassRule = PassRule::PerApproach { band: BAND, gap: DurationMs(3_000) };
+    const PER_APPROACH: PassRule =
+        PassRule::PerApproach { band: BAND, dwell: DurationMs(300), gap: DurationMs(3_000) };
     const HOUR: u64 = 3_600_000;
 
     fn tag(number: u16) -> TagId {
@@ -166,6 +174,13 @@ mod tests {
     }
 
     #[test]
+    fn a_tag_that_was_read_but_once_has_not_passed() {
+        let mut counter = PassCounter::new(PER_APPROACH);
+        (0..10).for_each(|read| counter.read(Millis(read * 10_000), Some(0), tag(1), -60));
+        assert_eq!(total(&mut counter), 0);
+    }
+
+    #[test]
     fn robots_and_periods_are_counted_apart() {
         let mut counter = PassCounter::new(PassRule::PerSample);
         for (robot, period) in [(1, 0), (2, 0), (1, 1), (1, 1)] {
@@ -203,6 +218,28 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn however_a_robot_jitters_an_approach_counts_once(
+            stay in prop::collection::vec((1u64..3_000, -90i8..-40), 1..300),
+        ) {
+            let mut counter = PassCounter::new(PER_APPROACH);
+            let mut now = 0;
+            for (approach, pause) in [(1, 0), (2, 3_000)] {
+                now += pause;
+                // It comes, stays, as strong or weak as it likes, and is heard well at the latest just
+                // before the gap is over.
+                (0..3).for_each(|read| counter.read(Millis(now + read * 200), Some(0), tag(1), -70));
+                for &(after, rssi_dbm) in &stay {
+                    counter.read(Millis(now + 400 + after / 2), Some(0), tag(1), rssi_dbm);
+                    now += after;
+                    counter.read(Millis(now + 400), Some(0), tag(1), -76);
+                }
+                now += 400;
+                let mut so_far = counter.clone();
+                prop_assert_eq!(total(&mut so_far), approach);
+            }
+        }
+
         #[test]
         fn no_pass_is_lost_by_reporting(reads in prop::collection::vec((0u16..80, 0u16..3, prop::bool::ANY), 0..400)) {
             let mut counter = PassCounter::new(PassRule::PerSample);

@@ -3,7 +3,8 @@
 //! A UHF reader sees tags metres away. A tag stands there from its first read at
 //! [`RssiBand::enter_dbm`] or above until it was not read at [`RssiBand::leave_dbm`] or above for
 //! a while, so that a robot driving by in the aisle is not taken for one that docks and one lost
-//! read is not taken for a departure.
+//! read is not taken for a departure. Where it must also have [dwelt](Presence::dwelling), a read that
+//! a reflection from afar made possible is not taken for an arrival.
 
 use heapless::Vec;
 use protocol::{DurationMs, Millis, TagId};
@@ -20,7 +21,10 @@ pub struct RssiBand {
 #[derive(Clone, Copy, Debug)]
 struct Sighting {
     tag: TagId,
+    first: Millis,
     last: Millis,
+    /// It has been here long enough.
+    entered: bool,
 }
 
 /// The tags within a band, at most `N` at a time: one more takes the place of the tag that was
@@ -29,6 +33,7 @@ struct Sighting {
 pub struct Presence<const N: usize> {
     band: RssiBand,
     timeout: DurationMs,
+    dwell: DurationMs,
     present: Vec<Sighting, N>,
 }
 
@@ -36,17 +41,27 @@ impl<const N: usize> Presence<N> {
     /// Nobody is here. A tag is gone when it was not read for `timeout`.
     #[must_use]
     pub const fn new(band: RssiBand, timeout: DurationMs) -> Self {
-        Self { band, timeout, present: Vec::new() }
+        Self { band, timeout, dwell: DurationMs(0), present: Vec::new() }
+    }
+
+    /// A tag is here only once it was read again this long after its first read.
+    #[must_use]
+    pub const fn dwelling(mut self, dwell: DurationMs) -> Self {
+        self.dwell = dwell;
+        self
     }
 
     /// A tag was read. Answers whether it has just entered.
     pub fn read(&mut self, now: Millis, tag: TagId, rssi_dbm: i8) -> bool {
         self.forget_gone(now);
         if let Some(sighting) = self.present.iter_mut().find(|sighting| sighting.tag == tag) {
-            if rssi_dbm >= self.band.leave_dbm {
-                sighting.last = now;
+            if rssi_dbm < self.band.leave_dbm {
+                return false;
             }
-            return false;
+            sighting.last = now;
+            let enters = !sighting.entered && now.since(sighting.first) >= self.dwell;
+            sighting.entered |= enters;
+            return enters;
         }
         if rssi_dbm < self.band.enter_dbm {
             return false;
@@ -57,7 +72,8 @@ impl<const N: usize> Presence<N> {
                 self.present.swap_remove(index);
             }
         }
-        self.present.push(Sighting { tag, last: now }).is_ok()
+        let entered = self.dwell == DurationMs(0);
+        self.present.push(Sighting { tag, first: now, last: now, entered }).is_ok() && entered
     }
 
     /// Whether `tag` is here.
@@ -71,7 +87,7 @@ impl<const N: usize> Presence<N> {
         let timeout = self.timeout;
         self.present
             .iter()
-            .filter(move |sighting| now.since(sighting.last) < timeout)
+            .filter(move |sighting| sighting.entered && now.since(sighting.last) < timeout)
             .map(|sighting| sighting.tag)
     }
 
@@ -110,6 +126,21 @@ mod tests {
         presence.read(Millis(0), tag(1), -50);
         (1..30).for_each(|tick| assert!(!presence.read(Millis(tick * 100), tag(1), -67)));
         assert!(!presence.contains(Millis(2_900), tag(1)));
+    }
+
+    #[test]
+    fn a_tag_that_must_dwell_is_here_when_it_was_read_again_long_enough_after() {
+        let mut presence = presence().dwelling(DurationMs(300));
+        assert!(!presence.read(Millis(0), tag(1), -50));
+        assert!(!presence.contains(Millis(0), tag(1)));
+        assert!(!presence.read(Millis(299), tag(1), -66));
+        assert!(!presence.read(Millis(300), tag(1), -67), "from afar");
+        assert!(presence.read(Millis(301), tag(1), -66));
+        assert!(presence.contains(Millis(301), tag(1)));
+        assert!(!presence.read(Millis(302), tag(1), -50), "it is here already");
+        // Gone, and back for a moment.
+        assert!(!presence.read(Millis(5_000), tag(1), -50));
+        assert!(!presence.contains(Millis(5_000), tag(1)));
     }
 
     #[test]

@@ -17,8 +17,7 @@ use embassy_time::{Duration, Ticker, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
 use protocol::{Deframer, Frame, FrameError, FrameWriter, Message};
 
-use crate::reader::Seen;
-use crate::reader::r200::R200;
+use crate::reader::{Seen, TagReader};
 use crate::supervisor::{self, Place, Roll};
 
 /// How often the reader is asked what is in its field.
@@ -115,7 +114,7 @@ pub async fn speak<const CAPACITY: usize>(
 }
 
 /// Asks the reader again and again what is in its field. Its silence is the core's to notice.
-pub async fn watch<Port: Read + Write>(mut reader: R200<Port>, inbox: &Inbox, place: Place) -> ! {
+pub async fn watch(mut reader: impl TagReader, inbox: &Inbox, place: Place) -> ! {
     let mut ticker = Ticker::every(POLL_INTERVAL);
     loop {
         waiting(place, ticker.next()).await;
@@ -125,10 +124,8 @@ pub async fn watch<Port: Read + Write>(mut reader: R200<Port>, inbox: &Inbox, pl
             Ok(seen) => drop(found.push(seen)),
             Err(error) => warn!("reader: {}", Display2Format(&error)),
         });
-        match waiting(place, with_timeout(POLL_TIMEOUT, poll)).await {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => warn!("reader: {}", Debug2Format(&error)),
-            Err(_) => debug!("reader: no answer"),
+        if waiting(place, with_timeout(POLL_TIMEOUT, poll)).await.is_err() {
+            debug!("reader: no answer");
         }
         for seen in found {
             waiting(place, inbox.send(News::Seen(seen))).await;

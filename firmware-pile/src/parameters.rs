@@ -1,6 +1,9 @@
 //! What differs from pile to pile.
 
-use firmware_common::{passes::PassRule, presence::RssiBand};
+use firmware_common::{
+    passes::{self, PassRule},
+    presence::RssiBand,
+};
 use protocol::{BootEpoch, DurationMs, Epoch, PileId};
 
 /// What a pile is told at its start.
@@ -43,6 +46,7 @@ impl Parameters {
             periods: 12,
             pass_rule: PassRule::PerApproach {
                 band: RssiBand { enter_dbm: -70, leave_dbm: -76 },
+                dwell: passes::DWELL,
                 gap: DurationMs(3_000),
             },
             docked: RssiBand { enter_dbm: -60, leave_dbm: -66 },

@@ -11,11 +11,11 @@
 //! out not to be a frame loses its first byte only, and the search for the next BB goes on in what
 //! is already here. A good reply behind noise is therefore never lost, only late.
 
-use embedded_io_async::{Read, Write};
+use embedded_io_async::{Error, ErrorKind, Read, Write};
 use heapless::Vec;
 use protocol::TagId;
 
-use super::{Seen, TagRead};
+use super::{Seen, TagRead, TagReader};
 
 /// Asks for one inventory of the field.
 pub const SINGLE_POLL: [u8; 7] = [START, 0x00, POLL, 0x00, 0x00, 0x22, END];
@@ -72,6 +72,9 @@ pub enum ReplyError {
         /// The command.
         command: u8,
     },
+    /// The serial line fails; what it still holds is read at the next poll.
+    #[error("the RFID reader's line fails: {0:?}")]
+    Line(ErrorKind),
 }
 
 /// Finds replies in a stream of bytes. Memory is one frame; a byte costs at most the work of
@@ -183,13 +186,9 @@ impl<Port: Read + Write> R200<Port> {
         Self { port, replies: Replies::new() }
     }
 
-    /// Asks once what is in the field and waits for the first reply; replies that came with it are
-    /// handed out too. A silent reader keeps it waiting: give it a timeout. Dropping it loses no
-    /// byte that was received. It returns without a reply only if the port is at its end.
-    ///
-    /// # Errors
-    /// What the port reports.
-    pub async fn poll(&mut self, mut found: impl FnMut(Result<Seen, ReplyError>)) -> Result<(), Port::Error> {
+    /// Asks once and waits for the first good reply; replies that came with it are handed out too.
+    /// Without a reply it returns only if the port is at its end.
+    async fn ask(&mut self, found: &mut impl FnMut(Result<Seen, ReplyError>)) -> Result<(), Port::Error> {
         self.port.write_all(&SINGLE_POLL).await?;
         self.port.flush().await?;
         let mut answered = false;
@@ -205,6 +204,16 @@ impl<Port: Read + Write> R200<Port> {
             });
         }
         Ok(())
+    }
+}
+
+impl<Port: Read + Write> TagReader for R200<Port> {
+    type Error = ReplyError;
+
+    async fn poll(&mut self, mut found: impl FnMut(Result<Seen, ReplyError>)) {
+        if let Err(error) = self.ask(&mut found).await {
+            found(Err(ReplyError::Line(error.kind())));
+        }
     }
 }
 
@@ -374,7 +383,7 @@ mod tests {
         for _ in 0..2 {
             let polled =
                 pin!(reader.poll(|reply| seen.extend(reply))).poll(&mut Context::from_waker(Waker::noop()));
-            assert_eq!(polled, Poll::Ready(Ok(())));
+            assert_eq!(polled, Poll::Ready(()));
         }
         assert_eq!(seen, [SEEN, Seen::Nothing]);
         assert_eq!(reader.port.polls, 2);
