@@ -157,7 +157,7 @@ impl Chassis {
             monitor: Monitor::new(),
             battery: Battery::new(pack),
             tasks: Tasks::new(),
-            passing: Passing::new(passes),
+            passing: Passing::new(passes, parameters.boot),
             voice: Voice::new(),
             velocity: Velocity::zeros(),
             gyro_heard: false,

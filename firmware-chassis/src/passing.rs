@@ -9,7 +9,7 @@ use firmware_common::{
     passes::{PassCounter, PassRule, period_of},
     reader::TagRead,
 };
-use protocol::{DurationMs, Millis, PassReport, ReportId, TimeRequest, TimeSync, limits};
+use protocol::{BootEpoch, DurationMs, Millis, PassReport, ReportId, TimeRequest, TimeSync, limits};
 
 /// How long passes are collected before they are reported.
 pub const PASS_INTERVAL: DurationMs = DurationMs(2_000);
@@ -29,6 +29,7 @@ pub struct PassParameters {
 #[derive(Clone, Debug)]
 pub struct Passing {
     parameters: PassParameters,
+    boot: BootEpoch,
     clock: SiteClock,
     counter: PassCounter,
     /// The number of the report under way, or else of the last.
@@ -39,11 +40,12 @@ pub struct Passing {
 }
 
 impl Passing {
-    /// No pile was passed.
+    /// No pile was passed in the start `boot`.
     #[must_use]
-    pub const fn new(parameters: PassParameters) -> Self {
+    pub const fn new(parameters: PassParameters, boot: BootEpoch) -> Self {
         Self {
             parameters,
+            boot,
             clock: SiteClock::new(),
             counter: PassCounter::new(parameters.rule),
             number: 0,
@@ -70,7 +72,7 @@ impl Passing {
 
     /// Report `of` has arrived.
     pub fn acknowledged(&mut self, of: ReportId) {
-        if of.0 == self.number {
+        if of == self.name() {
             self.outstanding = None;
         }
     }
@@ -89,12 +91,16 @@ impl Passing {
                 return None;
             }
             self.number = self.number.wrapping_add(1);
-            self.outstanding = Some(PassReport { report: ReportId(self.number), passes });
+            self.outstanding = Some(PassReport { report: self.name(), passes });
         } else if self.sent_at.is_some_and(|sent_at| now.since(sent_at) < limits::REPEAT_INTERVAL) {
             return None;
         }
         self.sent_at = Some(now);
         self.outstanding.clone()
+    }
+
+    const fn name(&self) -> ReportId {
+        ReportId { boot: self.boot, number: self.number }
     }
 
     fn period(&self, now: Millis) -> Option<u16> {

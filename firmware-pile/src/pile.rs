@@ -144,7 +144,7 @@ impl ChargingPile {
             faults: Faults::new(),
             contactor: Contactor::Open,
             passes: PassCounter::new(parameters.pass_rule),
-            reports: Reports::new(),
+            reports: Reports::new(parameters.boot),
             table: PileTable::new(),
             gossip: Gossip::new(),
             voice: Voice::new(PileState {
@@ -244,7 +244,7 @@ impl ChargingPile {
                         self.hear_table(table);
                     }
                 }
-                DeviceId::Robot(_) | DeviceId::Chassis(_) => {}
+                DeviceId::Robot(_) | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => {}
             },
         }
     }

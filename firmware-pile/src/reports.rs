@@ -1,7 +1,9 @@
 //! Reports that are repeated until acknowledged: faults and passes, one at a time and in order.
 
 use firmware_common::passes::PassCounter;
-use protocol::{DurationMs, Fault, FaultCode, Message, Millis, PassCount, PassReport, ReportId, limits};
+use protocol::{
+    BootEpoch, DurationMs, Fault, FaultCode, Message, Millis, PassCount, PassReport, ReportId, limits,
+};
 
 use crate::faults::Faults;
 
@@ -21,8 +23,9 @@ struct Outstanding {
 }
 
 /// The report that waits for its acknowledgement.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Reports {
+    boot: BootEpoch,
     /// The number of the outstanding report, or else of the last.
     number: u32,
     outstanding: Option<Outstanding>,
@@ -30,15 +33,15 @@ pub struct Reports {
 }
 
 impl Reports {
-    /// Nothing to report; the first report will have number 1.
+    /// Nothing to report in the start `boot`; the first report will have number 1.
     #[must_use]
-    pub const fn new() -> Self {
-        Self { number: 0, outstanding: None, passes_taken_at: None }
+    pub const fn new(boot: BootEpoch) -> Self {
+        Self { boot, number: 0, outstanding: None, passes_taken_at: None }
     }
 
     /// Report `of` has arrived.
     pub fn acknowledged(&mut self, of: ReportId) {
-        if of.0 == self.number {
+        if of == self.name() {
             self.outstanding = None;
         }
     }
@@ -57,16 +60,20 @@ impl Reports {
             self.number = self.number.wrapping_add(1);
             self.outstanding = Some(Outstanding { content, sent_at: None });
         }
+        let report = self.name();
         let outstanding = self.outstanding.as_mut()?;
         if outstanding.sent_at.is_some_and(|sent_at| now.since(sent_at) < limits::REPEAT_INTERVAL) {
             return None;
         }
         outstanding.sent_at = Some(now);
-        let report = ReportId(self.number);
         Some(match &outstanding.content {
             Content::Fault(code, active) => Message::Fault(Fault { report, code: *code, active: *active }),
             Content::Passes(passes) => Message::PassReport(PassReport { report, passes: passes.clone() }),
         })
+    }
+
+    const fn name(&self) -> ReportId {
+        ReportId { boot: self.boot, number: self.number }
     }
 
     fn next(

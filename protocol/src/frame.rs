@@ -58,6 +58,8 @@ impl Header {
             DeviceId::Pile(PileId(number)) => (1, number),
             DeviceId::Robot(RobotId(number)) => (2, number),
             DeviceId::Chassis(RobotId(number)) => (3, number),
+            DeviceId::Service => (4, 0),
+            DeviceId::Factory => (5, 0),
         };
         let [n0, n1] = u16::to_le_bytes(number);
         let [b0, b1, b2, b3] = self.boot.0.to_le_bytes();
@@ -73,6 +75,8 @@ impl Header {
             1 => DeviceId::Pile(PileId(number)),
             2 => DeviceId::Robot(RobotId(number)),
             3 => DeviceId::Chassis(RobotId(number)),
+            4 => DeviceId::Service,
+            5 => DeviceId::Factory,
             kind => return Err(FrameError::DeviceKind { kind }),
         };
         Ok(Self {

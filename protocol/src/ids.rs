@@ -44,12 +44,31 @@ ids! {
     Sequence(u32);
     /// A command; a repeat carries the same number, is answered again and not done again.
     CommandId(u32);
-    /// A report that its sender repeats until it is acknowledged.
-    ReportId(u32);
     /// A robot's request for a charge; a repeat carries the same number.
     RequestId(u32);
     /// A kind of work a robot does, such as patrolling (Access Table 1's T_i).
     TaskId(u16);
+}
+
+/// A report that its sender repeats until it is acknowledged, also after a restart. A device's
+/// later reports are greater.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ReportId {
+    /// The start in which the report was made.
+    pub boot: BootEpoch,
+    /// Grows by one with every new report since that start.
+    pub number: u32,
+}
+
+impl MaxSize for ReportId {
+    const MAX_SIZE: usize = BootEpoch::MAX_SIZE + u32::MAX_SIZE;
+}
+
+impl fmt::Display for ReportId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.boot, self.number)
+    }
 }
 
 /// What an RFID reader sees of a robot: a 96-bit EPC.
@@ -111,6 +130,10 @@ pub enum DeviceId {
     Robot(RobotId),
     /// The control board in a robot's chassis.
     Chassis(RobotId),
+    /// A person's tool, at a desk.
+    Service,
+    /// A board that has no identity yet.
+    Factory,
 }
 
 impl fmt::Display for DeviceId {
@@ -120,6 +143,8 @@ impl fmt::Display for DeviceId {
             Self::Pile(pile) => write!(f, "pile {pile}"),
             Self::Robot(robot) => write!(f, "robot {robot}"),
             Self::Chassis(robot) => write!(f, "the chassis of robot {robot}"),
+            Self::Service => f.write_str("the service tool"),
+            Self::Factory => f.write_str("a board without identity"),
         }
     }
 }

@@ -14,6 +14,7 @@
 //! | module | one idea |
 //! |---|---|
 //! | [`ids`] | who and what a message speaks of |
+//! | [`key`] | the secret two devices share |
 //! | [`units`] | physical quantities and times, checked when they are decoded |
 //! | [`message`] | the one table of all messages |
 //! | [`frame`] | header, CRC and COBS around a message |
@@ -48,12 +49,12 @@
 //! | `PileTable` | 242 |
 //! | `Grant` | 47 |
 //! | `Revoke` | 25 |
-//! | `PassReport` | 167 |
+//! | `PassReport` | 172 |
 //! | `TimeRequest` | 7 |
 //! | `TimeSync` | 13 |
-//! | `Ack` | 7 |
-//! | `Nack` | 21 |
-//! | `Fault` | 8 |
+//! | `Ack` | 12 |
+//! | `Nack` | 26 |
+//! | `Fault` | 13 |
 //! | `RobotState` | 20 |
 //! | `ChargeRequest` | 18 |
 //! | `Assignment` | 208 |
@@ -65,6 +66,14 @@
 //! | `TaskEnergy` | 17 |
 //! | `Odometry` | 91 |
 //! | `ChassisState` | 53 |
+//! | `PileReadings` | 24 |
+//! | `ChargeReport` | 59 |
+//! | `Query` | 2 |
+//! | `PileFaults` | 44 |
+//! | `PendingPasses` | 162 |
+//! | `PileParameters` | 28 |
+//! | `ClearFault` | 7 |
+//! | `Provision` | 105 |
 //!
 //! | part | bytes |
 //! |---|---|
@@ -85,6 +94,7 @@ pub mod deframer;
 pub mod error;
 pub mod frame;
 pub mod ids;
+pub mod key;
 pub mod limits;
 pub mod max_size;
 pub mod message;
@@ -95,6 +105,7 @@ pub use deframer::Deframer;
 pub use error::{EncodeError, FrameError};
 pub use frame::{Frame, FrameBytes, FrameWriter, Header};
 pub use ids::*;
+pub use key::Key;
 pub use max_size::MaxSize;
 pub use message::*;
 pub use units::*;

@@ -34,6 +34,7 @@ macro_rules! primitives {
 primitives! {
     bool: 1;
     u8: 1;
+    i8: 1;
     u16: varint(u16::MAX as u64);
     u32: varint(u32::MAX as u64);
     f32: 4;
@@ -120,7 +121,15 @@ enums! {
         Task { 0 },
         TaskEnergy { 0 },
         Odometry { 0 },
-        ChassisState { 0 }
+        ChassisState { 0 },
+        PileReadings { 0 },
+        ChargeReport { 0 },
+        Query { 0 },
+        PileFaults { 0 },
+        PendingPasses { 0 },
+        PileParameters { 0 },
+        ClearFault { 0 },
+        Provision { 0 }
     }
     Availability { Free, Reserved, Charging, Done, Fault }
     EndReason { Completed, Expired, Revoked, RobotLeft, Fault }
@@ -133,9 +142,27 @@ enums! {
         Occupied,
         Faulted,
         Ended,
-        Chassis { refusal }
+        Chassis { refusal },
+        NotCleared,
+        Provisioned
     }
-    FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen }
+    FaultCode {
+        ReaderSilent,
+        ContactorWelded,
+        ContactorStuckOpen,
+        OverCurrent,
+        OverVoltage,
+        OverTemperature,
+        ReversedPolarity,
+        StrayCurrent,
+        VoltageSensor,
+        CurrentSensor,
+        TemperatureSensor,
+        EmergencyStop,
+        MainsLost,
+        StoreFailed
+    }
+    Topic { State, Faults, Passes, Table, Parameters }
     Activity { Working, Waiting, Approaching, Docked, Stranded }
     UnassignedReason { AllTaken, OutOfReach }
     ChassisRefusal {
@@ -205,4 +232,31 @@ structs! {
     Odometry { stamp, pose, pose_covariance, measured, measured_variance, ramped, commanded }
     BatteryState { voltage, current, energy }
     ChassisState { mode, stop, faults, battery, discarded }
+    PileReadings {
+        voltage,
+        current,
+        temperature,
+        current_limit,
+        contactor_closed,
+        mated,
+        emergency_stop,
+        mains
+    }
+    ChargeReport { report, lease, tag, reason, began, ended, charged, energy }
+    Query { topic }
+    FaultState { code, active, latched }
+    PileFaults { faults }
+    PendingPasses { passes }
+    PileParameters {
+        power,
+        eta,
+        voltage_max,
+        current_max,
+        derate_from,
+        stop_at,
+        dock_enter_dbm,
+        dock_leave_dbm
+    }
+    ClearFault { command, code }
+    Provision { command, pile, device_key, site_key, boot_floor, parameters }
 }

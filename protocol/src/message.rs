@@ -6,7 +6,7 @@
 //! | [`PileState`] | pile | coordinator | nothing: it is repeated |
 //! | [`PileTable`] | pile, coordinator | piles, robots | nothing: gossip |
 //! | [`Grant`], [`Revoke`] | coordinator | pile | [`Ack`] or [`Nack`] |
-//! | [`PassReport`], [`Fault`] | pile | coordinator | `Ack` |
+//! | [`PassReport`], [`ChargeReport`], [`Fault`] | pile | coordinator | `Ack` |
 //! | [`PassReport`] | chassis | robot | `Ack` |
 //! | [`TimeRequest`] | pile, robot | coordinator | [`TimeSync`] |
 //! | [`TimeRequest`] | chassis | robot | `TimeSync`, once the robot knows the time |
@@ -15,6 +15,9 @@
 //! | [`Drive`], [`Stop`], [`Release`] | robot | chassis | `Ack` or `Nack` |
 //! | [`Task`] | robot | chassis | `Ack` and, if a task ended, [`TaskEnergy`]; or `Nack` |
 //! | [`Odometry`], [`ChassisState`] | chassis | robot | nothing: they are repeated |
+//! | [`Query`] | service tool | pile | what its [`Topic`] says |
+//! | [`ClearFault`] | service tool, coordinator | pile | `Ack` or `Nack` |
+//! | [`Provision`] | service tool | board | `Ack` or `Nack` |
 //!
 //! The order of variants and fields is the wire format: see [`version`](crate::version) for what a
 //! new version may change.
@@ -30,11 +33,13 @@ mod chassis;
 mod lease;
 mod pile;
 mod robot;
+mod service;
 
 pub use chassis::*;
 pub use lease::*;
 pub use pile::*;
 pub use robot::*;
+pub use service::*;
 
 /// Everything that can be said.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,6 +89,22 @@ pub enum Message {
     Odometry(Odometry),
     /// See [`ChassisState`].
     ChassisState(ChassisState),
+    /// See [`PileReadings`].
+    PileReadings(PileReadings),
+    /// See [`ChargeReport`].
+    ChargeReport(ChargeReport),
+    /// See [`Query`].
+    Query(Query),
+    /// See [`PileFaults`].
+    PileFaults(PileFaults),
+    /// See [`PendingPasses`].
+    PendingPasses(PendingPasses),
+    /// See [`PileParameters`].
+    PileParameters(PileParameters),
+    /// See [`ClearFault`].
+    ClearFault(ClearFault),
+    /// See [`Provision`].
+    Provision(Provision),
 }
 
 /// The first message of a device after its start, and its answer. Its layout is frozen, so that
@@ -123,9 +144,10 @@ pub struct TimeSync {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reference {
-    /// A [`Grant`], [`Revoke`], [`Drive`], [`Stop`], [`Release`] or [`Task`].
+    /// A [`Grant`], [`Revoke`], [`Drive`], [`Stop`], [`Release`], [`Task`], [`ClearFault`] or
+    /// [`Provision`].
     Command(CommandId),
-    /// A [`PassReport`] or [`Fault`].
+    /// A [`PassReport`], [`ChargeReport`] or [`Fault`].
     Report(ReportId),
 }
 

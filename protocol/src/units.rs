@@ -98,6 +98,10 @@ quantities! {
     Covariance, -1.0e8..=1.0e8, "a covariance";
     /// A voltage in volts.
     VoltageV, 0.0..=100.0, "a voltage in volts";
+    /// A power in watts.
+    PowerW, 0.0..=1.0e5, "a power in watts";
+    /// A temperature in degrees Celsius.
+    TemperatureC, -60.0..=200.0, "a temperature in degrees Celsius";
     /// A current in amperes; negative flows into the battery.
     CurrentA, -100.0..=100.0, "a current in amperes";
 }

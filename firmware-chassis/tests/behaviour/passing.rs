@@ -46,12 +46,13 @@ fn a_pass_is_counted_once_in_its_period_and_reported_until_acknowledged() {
     let mut passes = heapless::Vec::new();
     passes.push(PassCount { tag: PILE, period: 1, passes: 1 }).unwrap();
     assert!(sent.len() >= 2, "it is repeated");
-    assert!(sent.iter().all(|report| *report == PassReport { report: ReportId(1), passes: passes.clone() }));
+    assert!(sent.iter().all(|report| *report
+        == PassReport { report: ReportId { boot: BootEpoch(0), number: 1 }, passes: passes.clone() }));
 
-    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId(1)) }));
+    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId { boot: BootEpoch(0), number: 1 }) }));
     bench.sent.clear();
     bench.wait(5.0);
     assert_eq!(reports(&bench), []);
     pass(&mut bench);
-    assert_eq!(reports(&bench)[0], PassReport { report: ReportId(2), passes });
+    assert_eq!(reports(&bench)[0], PassReport { report: ReportId { boot: BootEpoch(0), number: 2 }, passes });
 }

@@ -102,18 +102,18 @@ fn a_fault_is_repeated_until_it_is_acknowledged_and_nothing_overtakes_it() {
     bench.wait(5_000);
     let reports = |bench: &Bench| -> Vec<u32> {
         let reports = bench.sent.iter().filter_map(|message| match message {
-            Message::Fault(fault) => Some(fault.report.0),
-            Message::PassReport(report) => Some(report.report.0),
+            Message::Fault(fault) => Some(fault.report.number),
+            Message::PassReport(report) => Some(report.report.number),
             _ => None,
         });
         reports.collect()
     };
     let waiting = reports(&bench);
     assert!((5..=6).contains(&waiting.len()) && waiting.iter().all(|&report| report == 1), "{waiting:?}");
-    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId(9)) }));
+    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId { boot: BootEpoch(1), number: 9 }) }));
     bench.wait(2_000);
     assert_eq!(reports(&bench).last(), Some(&1), "the acknowledgement was for another report");
-    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId(1)) }));
+    bench.hear(Message::Ack(Ack { of: Reference::Report(ReportId { boot: BootEpoch(1), number: 1 }) }));
     bench.wait(1_500);
     assert_eq!(reports(&bench).last(), Some(&2));
     assert_eq!(bench.passes_of(tag(3)), 2, "the one pass, repeated once because nobody acknowledged it");

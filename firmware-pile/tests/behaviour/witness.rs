@@ -116,8 +116,8 @@ impl Witness {
         }
     }
 
-    pub fn acknowledge(&mut self, report: u32) {
-        self.hear(Message::Ack(Ack { of: Reference::Report(ReportId(report)) }));
+    pub fn acknowledge(&mut self, number: u32) {
+        self.hear(Message::Ack(Ack { of: Reference::Report(ReportId { boot: BootEpoch(1), number }) }));
     }
 
     /// A new grant of `charge_ms`, valid for `life_ms`, as a lease that lasts `lease_ms`.

@@ -65,9 +65,10 @@ fn what_a_chassis_asks_is_answered() {
     let answer = session.step(Millis(500), frame(Message::TimeRequest(ask))).unwrap();
     let sync = TimeSync { asked_at: Millis(77), site_now: SiteMillis(1_000_500) };
     assert_eq!(answer.send, [Message::TimeSync(sync)]);
-    let passes = protocol::PassReport { report: protocol::ReportId(3), passes: heapless::Vec::new() };
+    let report = protocol::ReportId { boot: BootEpoch(1), number: 3 };
+    let passes = protocol::PassReport { report, passes: heapless::Vec::new() };
     let answer = session.step(Millis(600), frame(Message::PassReport(passes))).unwrap();
-    assert_eq!(answer.send, [Message::Ack(Ack { of: Reference::Report(protocol::ReportId(3)) })]);
+    assert_eq!(answer.send, [Message::Ack(Ack { of: Reference::Report(report) })]);
 }
 
 #[test]

@@ -136,8 +136,8 @@ impl Coordinator {
     #[must_use]
     pub fn knows(&self, device: DeviceId) -> bool {
         match device {
-            // A chassis talks to its robot's computer only.
-            DeviceId::Coordinator | DeviceId::Chassis(_) => false,
+            // A chassis talks to its robot's computer only, the others at a desk.
+            DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => false,
             DeviceId::Pile(pile) => self.site.piles.iter().any(|known| known.id == pile),
             DeviceId::Robot(robot) => self.robots.contains_key(&robot),
         }
@@ -160,7 +160,7 @@ impl Coordinator {
         let contact = match sender {
             DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
             DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
-            DeviceId::Coordinator | DeviceId::Chassis(_) => return,
+            DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => return,
         };
         match contact.hear(turn.now, header) {
             Freshness::FirstOfBoot => {
@@ -181,9 +181,9 @@ impl Coordinator {
         }
         self.greet(turn, sender, &message);
         match sender {
-            DeviceId::Pile(pile) => self.hear_pile(turn, pile, header.boot, message),
+            DeviceId::Pile(pile) => self.hear_pile(turn, pile, message),
             DeviceId::Robot(robot) => self.hear_robot(turn, robot, header.boot, message),
-            DeviceId::Coordinator | DeviceId::Chassis(_) => {}
+            DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => {}
         }
     }
 
@@ -192,7 +192,7 @@ impl Coordinator {
         let contact = match device {
             DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
             DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
-            DeviceId::Coordinator | DeviceId::Chassis(_) => return,
+            DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => return,
         };
         if let Message::Hello(theirs) = message {
             let theirs = version::Range { min: theirs.min, current: theirs.current };
@@ -227,7 +227,7 @@ impl Coordinator {
         self.record(turn, Fact::EpochStarted { epoch, next_lease });
     }
 
-    fn hear_pile(&mut self, turn: &mut Turn, pile: PileId, boot: BootEpoch, message: Message) {
+    fn hear_pile(&mut self, turn: &mut Turn, pile: PileId, message: Message) {
         let to = DeviceId::Pile(pile);
         match message {
             Message::PileState(report) => self.hear_report(turn, pile, report),
@@ -238,11 +238,11 @@ impl Coordinator {
                 }
             }
             Message::PassReport(report) => {
-                self.count_passes(turn, pile, boot, &report);
+                self.count_passes(turn, pile, &report);
                 turn.send(to, Message::Ack(Ack { of: Reference::Report(report.report) }));
             }
             Message::Fault(fault) => {
-                self.note_fault(turn, pile, boot, fault);
+                self.note_fault(turn, pile, fault);
                 turn.send(to, Message::Ack(Ack { of: Reference::Report(fault.report) }));
             }
             Message::TimeRequest(request) => {
@@ -281,9 +281,9 @@ impl Coordinator {
     }
 
     /// Adds a report's passes once, however often it comes.
-    fn count_passes(&mut self, turn: &mut Turn, pile: PileId, boot: BootEpoch, report: &PassReport) {
+    fn count_passes(&mut self, turn: &mut Turn, pile: PileId, report: &PassReport) {
         let counted = self.state.piles.get(&pile).and_then(|record| record.pass_report);
-        if counted.is_some_and(|counted| (boot, report.report) <= counted) {
+        if counted.is_some_and(|counted| report.report <= counted) {
             return;
         }
         let robot_of = |tag: TagId| self.robots.values().find(|robot| robot.tag == tag).map(|robot| robot.id);
@@ -292,16 +292,16 @@ impl Coordinator {
             Some(Passes { robot: robot_of(count.tag)?, period: count.period, passes: count.passes })
         });
         let passes = passes.collect();
-        self.record(turn, Fact::Passed { pile, boot, report: report.report, passes });
+        self.record(turn, Fact::Passed { pile, report: report.report, passes });
     }
 
-    fn note_fault(&mut self, turn: &mut Turn, pile: PileId, boot: BootEpoch, fault: Fault) {
+    fn note_fault(&mut self, turn: &mut Turn, pile: PileId, fault: Fault) {
         let noted = self.state.piles.get(&pile).and_then(|record| record.fault_report);
-        if noted.is_some_and(|noted| (boot, fault.report) <= noted) {
+        if noted.is_some_and(|noted| fault.report <= noted) {
             return;
         }
         let Fault { report, code, active } = fault;
-        self.record(turn, Fact::FaultReported { pile, boot, report, code, active });
+        self.record(turn, Fact::FaultReported { pile, report, code, active });
         if active {
             turn.warn(format!("pile {pile} has a fault: {}", super::view::fault_name(code)));
         }

@@ -158,8 +158,6 @@ pub enum Fact {
     Passed {
         /// Which pile.
         pile: PileId,
-        /// The pile's start in which it said so; reports are numbered anew in every start.
-        boot: BootEpoch,
         /// Its report.
         report: ReportId,
         /// What to add to the counts.
@@ -169,8 +167,6 @@ pub enum Fact {
     FaultReported {
         /// Which pile.
         pile: PileId,
-        /// The pile's start in which it said so.
-        boot: BootEpoch,
         /// Its report.
         report: ReportId,
         /// Which fault.

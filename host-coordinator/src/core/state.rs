@@ -53,9 +53,9 @@ pub struct PileRecord {
     /// The faults it has, as far as it reported them in the start of `fault_report`.
     pub faults: BTreeSet<FaultCode>,
     /// The last fault report.
-    pub fault_report: Option<(BootEpoch, ReportId)>,
+    pub fault_report: Option<ReportId>,
     /// The last pass report.
-    pub pass_report: Option<(BootEpoch, ReportId)>,
+    pub pass_report: Option<ReportId>,
 }
 
 /// A pile's promise to one robot.
@@ -252,20 +252,20 @@ impl State {
                 self.put(lease.robot, Place::Granted(*pile));
             }
             Fact::Ended { pile, lease, robot, why, .. } => self.end(*pile, *lease, *robot, *why),
-            Fact::Passed { pile, boot, report, passes } => {
-                self.piles.entry(*pile).or_default().pass_report = Some((*boot, *report));
+            Fact::Passed { pile, report, passes } => {
+                self.piles.entry(*pile).or_default().pass_report = Some(*report);
                 for one in passes {
                     let counts = self.passes.entry((one.robot, one.period)).or_default();
                     let count = counts.entry(*pile).or_default();
                     *count = count.saturating_add(one.passes.into());
                 }
             }
-            Fact::FaultReported { pile, boot, report, code, active } => {
+            Fact::FaultReported { pile, report, code, active } => {
                 let record = self.piles.entry(*pile).or_default();
-                if record.fault_report.is_some_and(|(of, _)| of != *boot) {
+                if record.fault_report.is_some_and(|last| last.boot != report.boot) {
                     record.faults.clear();
                 }
-                record.fault_report = Some((*boot, *report));
+                record.fault_report = Some(*report);
                 if *active {
                     record.faults.insert(*code);
                 } else {

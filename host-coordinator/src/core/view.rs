@@ -130,6 +130,17 @@ pub const fn fault_name(code: FaultCode) -> &'static str {
         FaultCode::ReaderSilent => "reader_silent",
         FaultCode::ContactorWelded => "contactor_welded",
         FaultCode::ContactorStuckOpen => "contactor_stuck_open",
+        FaultCode::OverCurrent => "over_current",
+        FaultCode::OverVoltage => "over_voltage",
+        FaultCode::OverTemperature => "over_temperature",
+        FaultCode::ReversedPolarity => "reversed_polarity",
+        FaultCode::StrayCurrent => "stray_current",
+        FaultCode::VoltageSensor => "voltage_sensor",
+        FaultCode::CurrentSensor => "current_sensor",
+        FaultCode::TemperatureSensor => "temperature_sensor",
+        FaultCode::EmergencyStop => "emergency_stop",
+        FaultCode::MainsLost => "mains_lost",
+        FaultCode::StoreFailed => "store_failed",
     }
 }
 

@@ -243,7 +243,7 @@ impl BoxSite {
                     DeviceId::Coordinator => self.coordinate(Input::Frame(frame)),
                     DeviceId::Pile(pile) => self.step_pile(pile, PileInput::Frame(&frame)),
                     DeviceId::Robot(robot) => self.robot_hears(robot, &frame),
-                    DeviceId::Chassis(_) => panic!("the coordinator talks to a chassis"),
+                    other => panic!("the coordinator talks to {other}"),
                 }
             }
         }

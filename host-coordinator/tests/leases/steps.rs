@@ -514,26 +514,28 @@ fn old_frames_and_frames_of_earlier_starts_are_not_heard() {
 #[test]
 fn reports_count_once_however_often_they_come() {
     let mut desk = Desk::new();
-    let report = |number, passes| {
+    let report = |boot, number, passes| {
         let tag = TagId([1; 12]);
         let count = PassCount { tag, period: 3, passes };
         let stranger = PassCount { tag: TagId([99; 12]), period: 3, passes: 50 };
         let absurd = PassCount { tag, period: 60_000, passes: 50 };
         let passes = [count, stranger, absurd].into_iter().collect();
-        Message::PassReport(PassReport { report: ReportId(number), passes })
+        Message::PassReport(PassReport { report: ReportId { boot: BootEpoch(boot), number }, passes })
     };
     for (number, passes) in [(1, 4), (1, 4), (2, 1), (1, 4)] {
         desk.sent.clear();
-        desk.hear(DeviceId::Pile(P), report(number, passes));
-        let ack = Message::Ack(Ack { of: Reference::Report(ReportId(number)) });
+        desk.hear(DeviceId::Pile(P), report(1, number, passes));
+        let ack = Message::Ack(Ack { of: Reference::Report(ReportId { boot: BootEpoch(1), number }) });
         assert!(desk.sent.iter().any(|(_, message)| *message == ack), "a repeat is answered again");
     }
-    desk.hear(DeviceId::Pile(PileId(5)), report(1, 15));
+    desk.hear(DeviceId::Pile(PileId(5)), report(1, 1, 15));
     assert_eq!(desk.state().pass_frequency(ROBOT, 3, P), 0.25);
     assert_eq!(desk.state().pass_frequency(ROBOT, 4, P), 0.0);
     assert_eq!(desk.state().passes.len(), 1);
     desk.boot = BootEpoch(2);
-    desk.hear(DeviceId::Pile(P), report(1, 10));
+    desk.hear(DeviceId::Pile(P), report(1, 2, 1));
+    assert_eq!(desk.state().pass_frequency(ROBOT, 3, P), 0.25, "an old report after a new start");
+    desk.hear(DeviceId::Pile(P), report(2, 1, 10));
     assert_eq!(desk.state().pass_frequency(ROBOT, 3, P), 0.5, "a new start numbers anew");
 }
 

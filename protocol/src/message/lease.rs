@@ -88,6 +88,10 @@ pub enum NackReason {
         /// Why.
         refusal: ChassisRefusal,
     },
+    /// The cause of the fault is still there.
+    NotCleared,
+    /// The board has an identity, and its button is not held.
+    Provisioned,
 }
 
 /// A lease that is over.

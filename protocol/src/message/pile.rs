@@ -3,11 +3,11 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::lease::{EndedLease, LeaseRef};
+use super::lease::{EndReason, EndedLease, LeaseRef};
 use crate::{
     ids::{BootEpoch, PileId, ReportId, TagId},
     limits,
-    units::{DurationMs, Fraction, SiteMillis},
+    units::{CurrentA, DurationMs, EnergyJ, Fraction, SiteMillis, TemperatureC, VoltageV},
 };
 
 /// A pile's report on itself, at every change and at least every
@@ -79,7 +79,7 @@ pub struct PileTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PassReport {
-    /// Grows by one with every new report since the pile's start.
+    /// Against repeats.
     pub report: ReportId,
     /// What to add to the counts.
     pub passes: Vec<PassCount, { limits::PASSES_PER_REPORT }>,
@@ -101,12 +101,56 @@ pub struct PassCount {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fault {
-    /// Grows by one with every new report since the pile's start.
+    /// Against repeats.
     pub report: ReportId,
     /// Which.
     pub code: FaultCode,
     /// Whether it is there now.
     pub active: bool,
+}
+
+/// A charge that is over, repeated until acknowledged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ChargeReport {
+    /// Against repeats.
+    pub report: ReportId,
+    /// Under which lease.
+    pub lease: LeaseRef,
+    /// Whose tag stood at the contacts.
+    pub tag: TagId,
+    /// Why it is over.
+    pub reason: EndReason,
+    /// When it began.
+    pub began: SiteMillis,
+    /// When it was over; none if the pile has restarted in between.
+    pub ended: Option<SiteMillis>,
+    /// For how long the contacts were live.
+    pub charged: DurationMs,
+    /// What went over the contacts, as measured.
+    pub energy: EnergyJ,
+}
+
+/// What a pile measures and commands. A value that no healthy sensor gives is none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PileReadings {
+    /// At the contacts.
+    pub voltage: Option<VoltageV>,
+    /// Out of the contacts.
+    pub current: Option<CurrentA>,
+    /// Of the contacts.
+    pub temperature: Option<TemperatureC>,
+    /// What the power stage is told to give at most.
+    pub current_limit: CurrentA,
+    /// Whether the contactor is found closed, whatever it was told.
+    pub contactor_closed: bool,
+    /// Whether a robot's contacts touch the pile's.
+    pub mated: bool,
+    /// Whether the emergency stop is pressed.
+    pub emergency_stop: bool,
+    /// Whether the mains are there.
+    pub mains: bool,
 }
 
 /// What can be wrong with a pile.
@@ -119,4 +163,46 @@ pub enum FaultCode {
     ContactorWelded,
     /// The contactor stays open though it was told to close.
     ContactorStuckOpen,
+    /// More current than the pile bears.
+    OverCurrent,
+    /// More voltage than the pile bears.
+    OverVoltage,
+    /// The contacts are too hot.
+    OverTemperature,
+    /// The battery is the wrong way round.
+    ReversedPolarity,
+    /// Current flows though the contactor is open.
+    StrayCurrent,
+    /// The voltage sensor says what cannot be.
+    VoltageSensor,
+    /// The current sensor says what cannot be.
+    CurrentSensor,
+    /// The temperature sensor says what cannot be.
+    TemperatureSensor,
+    /// The emergency stop is pressed.
+    EmergencyStop,
+    /// The mains are lost.
+    MainsLost,
+    /// The non-volatile memory does not keep what it is given.
+    StoreFailed,
+}
+
+impl FaultCode {
+    /// All of them.
+    pub const ALL: [Self; 14] = [
+        Self::ReaderSilent,
+        Self::ContactorWelded,
+        Self::ContactorStuckOpen,
+        Self::OverCurrent,
+        Self::OverVoltage,
+        Self::OverTemperature,
+        Self::ReversedPolarity,
+        Self::StrayCurrent,
+        Self::VoltageSensor,
+        Self::CurrentSensor,
+        Self::TemperatureSensor,
+        Self::EmergencyStop,
+        Self::MainsLost,
+        Self::StoreFailed,
+    ];
 }

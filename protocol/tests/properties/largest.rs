@@ -10,6 +10,16 @@ const HEAD: CommandHead = CommandHead { id: CommandId(u32::MAX), valid_until: Si
 const POSITION: Position = Position { x: CoordinateM::MAX, y: CoordinateM::MAX };
 const TWIST: Twist = Twist { vx: SpeedMps::MAX, vy: SpeedMps::MAX, wz: TurnRateRadps::MAX };
 const TAG: TagId = TagId([0xFF; 12]);
+const PARAMETERS: PileParameters = PileParameters {
+    power: PowerW::MAX,
+    eta: DurationMs::MAX,
+    voltage_max: VoltageV::MAX,
+    current_max: CurrentA::MAX,
+    derate_from: TemperatureC::MAX,
+    stop_at: TemperatureC::MAX,
+    dock_enter_dbm: i8::MAX,
+    dock_leave_dbm: i8::MAX,
+};
 const ROW: PileRow = PileRow {
     pile: PileId(u16::MAX),
     boot: BootEpoch(u32::MAX),
@@ -25,14 +35,14 @@ fn full<T: Clone, const N: usize>(item: T) -> Vec<T, N> {
 }
 
 /// Every message with its name and [`MaxSize`].
-pub fn messages() -> [(Message, &'static str, usize); 22] {
+pub fn messages() -> [(Message, &'static str, usize); 30] {
     macro_rules! sized {
         ($($name:ident($value:expr),)*) => {
             [$((Message::$name($value), stringify!($name), $name::MAX_SIZE)),*]
         };
     }
     let request = RequestId(u32::MAX);
-    let report = ReportId(u32::MAX);
+    let report = ReportId { boot: BootEpoch(u32::MAX), number: u32::MAX };
     let command = CommandId(u32::MAX);
     let task = TaskId(u16::MAX);
     let of = Reference::Report(report);
@@ -56,7 +66,7 @@ pub fn messages() -> [(Message, &'static str, usize); 22] {
         TimeSync(TimeSync { asked_at: Millis::MAX, site_now: SiteMillis::MAX }),
         Ack(Ack { of }),
         Nack(Nack { of, reason: NackReason::Held { by: LEASE } }),
-        Fault(Fault { report, code: FaultCode::ContactorStuckOpen, active: true }),
+        Fault(Fault { report, code: FaultCode::StoreFailed, active: true }),
         RobotState(RobotState {
             position: POSITION,
             energy: EnergyJ::MAX,
@@ -107,6 +117,43 @@ pub fn messages() -> [(Message, &'static str, usize); 22] {
                 energy: EnergyJ::MAX,
             }),
             discarded: u32::MAX,
+        }),
+        PileReadings(PileReadings {
+            voltage: Some(VoltageV::MAX),
+            current: Some(CurrentA::MAX),
+            temperature: Some(TemperatureC::MAX),
+            current_limit: CurrentA::MAX,
+            contactor_closed: true,
+            mated: true,
+            emergency_stop: true,
+            mains: true,
+        }),
+        ChargeReport(ChargeReport {
+            report,
+            lease: LEASE,
+            tag: TAG,
+            reason: EndReason::Fault,
+            began: SiteMillis::MAX,
+            ended: Some(SiteMillis::MAX),
+            charged: DurationMs::MAX,
+            energy: EnergyJ::MAX,
+        }),
+        Query(Query { topic: Topic::Parameters }),
+        PileFaults(PileFaults {
+            faults: full(FaultState { code: FaultCode::StoreFailed, active: true, latched: true }),
+        }),
+        PendingPasses(PendingPasses {
+            passes: full(PassCount { tag: TAG, period: u16::MAX, passes: u32::MAX }),
+        }),
+        PileParameters(PARAMETERS),
+        ClearFault(ClearFault { command, code: FaultCode::StoreFailed }),
+        Provision(Provision {
+            command,
+            pile: PileId(u16::MAX),
+            device_key: Key::new([0xFF; 32]),
+            site_key: Key::new([0xFF; 32]),
+            boot_floor: BootEpoch(u32::MAX),
+            parameters: PARAMETERS,
         }),
     ]
 }

@@ -26,7 +26,6 @@ ids! {
     boot: BootEpoch(u32);
     sequence: Sequence(u32);
     command: CommandId(u32);
-    report: ReportId(u32);
     request: RequestId(u32);
     task: TaskId(u16);
 }
@@ -50,6 +49,8 @@ quantities! {
     covariance: Covariance;
     voltage: VoltageV;
     current: CurrentA;
+    power: PowerW;
+    temperature: TemperatureC;
     coordinate: CoordinateM;
 }
 
@@ -69,6 +70,10 @@ times! {
 
 prop_compose! {
     fn tag()(bytes: [u8; 12]) -> TagId { TagId(bytes) }
+}
+
+prop_compose! {
+    fn report()(boot in boot(), number: u32) -> ReportId { ReportId { boot, number } }
 }
 
 prop_compose! {
@@ -100,12 +105,15 @@ prop_compose! {
     }
 }
 
+fn end_reason() -> impl Strategy<Value = EndReason> {
+    use EndReason::*;
+    select(&[Completed, Expired, Revoked, RobotLeft, Fault][..])
+}
+
 prop_compose! {
     fn ended()(
         lease in lease(),
-        reason in select(&[
-            EndReason::Completed, EndReason::Expired, EndReason::Revoked, EndReason::RobotLeft, EndReason::Fault,
-        ][..]),
+        reason in end_reason(),
         charged in duration(),
     ) -> EndedLease {
         EndedLease { lease, reason, charged }
@@ -139,7 +147,9 @@ fn nack_reason() -> impl Strategy<Value = NackReason> {
                 NackReason::ClockUnknown,
                 NackReason::Occupied,
                 NackReason::Faulted,
-                NackReason::Ended
+                NackReason::Ended,
+                NackReason::NotCleared,
+                NackReason::Provisioned
             ][..]
         ),
         chassis_refusal().prop_map(|refusal| NackReason::Chassis { refusal }),
@@ -254,7 +264,7 @@ fn driving() -> impl Strategy<Value = Message> {
 
 /// What piles, robots and the coordinator say to each other.
 fn site() -> impl Strategy<Value = Message> {
-    use {FaultCode::*, UnassignedReason::*};
+    use UnassignedReason::*;
     prop_oneof![
         (any::<(u8, u8, [u8; 3])>(), epoch()).prop_map(|((min, current, software), epoch)| Message::Hello(
             Hello { min, current, software, epoch }
@@ -280,7 +290,7 @@ fn site() -> impl Strategy<Value = Message> {
             .prop_map(|(asked_at, site_now)| Message::TimeSync(TimeSync { asked_at, site_now })),
         reference().prop_map(|of| Message::Ack(Ack { of })),
         (reference(), nack_reason()).prop_map(|(of, reason)| Message::Nack(Nack { of, reason })),
-        (report(), select(&[ReaderSilent, ContactorWelded, ContactorStuckOpen][..]), any::<bool>())
+        (report(), select(&FaultCode::ALL[..]), any::<bool>())
             .prop_map(|(report, code, active)| Message::Fault(Fault { report, code, active })),
         (position(), energy(), activity(), option::of(request())).prop_map(
             |(position, energy, activity, accepted)| Message::RobotState(RobotState {
@@ -307,9 +317,71 @@ fn site() -> impl Strategy<Value = Message> {
     ]
 }
 
+prop_compose! {
+    fn readings()(
+        voltage in option::of(voltage()), current in option::of(current()),
+        temperature in option::of(temperature()), current_limit in current(), contactor_closed: bool,
+        mated: bool, emergency_stop: bool, mains: bool,
+    ) -> PileReadings {
+        PileReadings {
+            voltage, current, temperature, current_limit, contactor_closed, mated, emergency_stop, mains,
+        }
+    }
+}
+
+prop_compose! {
+    fn charge_report()(
+        report in report(), lease in lease(), tag in tag(), reason in end_reason(), began in site_millis(),
+        ended in option::of(site_millis()), charged in duration(), energy in energy(),
+    ) -> ChargeReport {
+        ChargeReport { report, lease, tag, reason, began, ended, charged, energy }
+    }
+}
+
+prop_compose! {
+    fn parameters()(
+        power in power(), eta in duration(), voltage_max in voltage(), current_max in current(),
+        derate_from in temperature(), stop_at in temperature(), dock_enter_dbm: i8, dock_leave_dbm: i8,
+    ) -> PileParameters {
+        PileParameters {
+            power, eta, voltage_max, current_max, derate_from, stop_at, dock_enter_dbm, dock_leave_dbm,
+        }
+    }
+}
+
+prop_compose! {
+    fn provision()(
+        command in command(), pile in pile(), device_key: [u8; 32], site_key: [u8; 32],
+        boot_floor in boot(), parameters in parameters(),
+    ) -> Provision {
+        let (device_key, site_key) = (Key::new(device_key), Key::new(site_key));
+        Provision { command, pile, device_key, site_key, boot_floor, parameters }
+    }
+}
+
+/// What a pile and the tool at its desk say to each other, and what a pile tells of a charge.
+fn service() -> impl Strategy<Value = Message> {
+    use Topic::*;
+    let fault = (select(&FaultCode::ALL[..]), any::<(bool, bool)>())
+        .prop_map(|(code, (active, latched))| FaultState { code, active, latched });
+    prop_oneof![
+        readings().prop_map(Message::PileReadings),
+        charge_report().prop_map(Message::ChargeReport),
+        select(&[State, Faults, Passes, Table, Parameters][..])
+            .prop_map(|topic| Message::Query(Query { topic })),
+        some(fault).prop_map(|faults| Message::PileFaults(PileFaults { faults })),
+        some(pass_count()).prop_map(|passes| Message::PendingPasses(PendingPasses { passes })),
+        parameters().prop_map(Message::PileParameters),
+        (command(), select(&FaultCode::ALL[..]))
+            .prop_map(|(command, code)| Message::ClearFault(ClearFault { command, code })),
+        provision().prop_map(Message::Provision),
+    ]
+}
+
 /// Every message.
 pub fn message() -> impl Strategy<Value = Message> {
-    prop_oneof![2 => site(), 1 => driving()]
+    // Boxed: together their trees of values are too large for a test's stack.
+    prop_oneof![2 => site().boxed(), 1 => driving().boxed(), 1 => service().boxed()]
 }
 
 /// Everyone.
@@ -318,7 +390,9 @@ pub fn device() -> impl Strategy<Value = DeviceId> {
         Just(DeviceId::Coordinator),
         pile().prop_map(DeviceId::Pile),
         robot().prop_map(DeviceId::Robot),
-        robot().prop_map(DeviceId::Chassis)
+        robot().prop_map(DeviceId::Chassis),
+        Just(DeviceId::Service),
+        Just(DeviceId::Factory)
     ]
 }
 

@@ -3,7 +3,7 @@
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use protocol::{
     AngleRad, CoordinateM, Covariance, DurationMs, EnergyJ, Fraction, FrameError, Hello, Message, Millis,
-    Reference, SiteMillis, SpeedMps, TimeRequest, TimeSync, TurnRateRadps,
+    Reference, SiteMillis, SpeedMps, TemperatureC, TimeRequest, TimeSync, TurnRateRadps,
 };
 
 use crate::{
@@ -51,21 +51,26 @@ fn too_late(max: u64) -> Vec<Vec<u8>> {
 
 #[test]
 fn nan_infinities_and_values_out_of_range_are_errors_wherever_a_quantity_stands() {
-    // 24 waypoints, a robot's and a request's position, the start of a pose.
+    // 24 waypoints, a robot's and a request's position, the start of a pose; and the power of
+    // PileParameters and Provision, whose range ends there too.
     let coordinate = no_values(CoordinateM::MIN.get(), CoordinateM::MAX.get());
-    assert_eq!(refuses(&CoordinateM::MAX.get().to_le_bytes(), &coordinate), 2 * 27);
-    // Grant, RobotState, ChargeRequest, TaskEnergy twice, ChassisState.
+    assert_eq!(refuses(&CoordinateM::MAX.get().to_le_bytes(), &coordinate), 2 * 27 + 2);
+    // Grant, RobotState, ChargeRequest, TaskEnergy twice, ChassisState, ChargeReport.
     let energy = no_values(EnergyJ::MIN.get(), EnergyJ::MAX.get());
-    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 6);
+    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 7);
     // PileState and the eight rows of a table.
     let fraction = no_values(Fraction::MIN.get(), Fraction::MAX.get());
     assert_eq!(refuses(&Fraction::MAX.get().to_le_bytes(), &fraction), 9);
     // Drive, and Odometry's three twists.
     let speed = no_values(SpeedMps::MIN.get(), SpeedMps::MAX.get());
     assert_eq!(refuses(&SpeedMps::MAX.get().to_le_bytes(), &speed), 2 * 4);
-    // The same, and the voltage and current of ChassisState.
+    // The same, and the voltages and currents of ChassisState (2), PileReadings (3), PileParameters (2)
+    // and Provision (2).
     let hundred = no_values(-100.0, 100.0);
-    assert_eq!(refuses(&TurnRateRadps::MAX.get().to_le_bytes(), &hundred), 4 + 2);
+    assert_eq!(refuses(&TurnRateRadps::MAX.get().to_le_bytes(), &hundred), 4 + 9);
+    // PileReadings, PileParameters twice, Provision twice.
+    let temperature = no_values(TemperatureC::MIN.get(), TemperatureC::MAX.get());
+    assert_eq!(refuses(&TemperatureC::MAX.get().to_le_bytes(), &temperature), 5);
     let angle = no_values(AngleRad::MIN.get(), AngleRad::MAX.get());
     assert_eq!(refuses(&AngleRad::MAX.get().to_le_bytes(), &angle), 1);
     let covariance = no_values(Covariance::MIN.get(), Covariance::MAX.get());
@@ -76,11 +81,11 @@ fn nan_infinities_and_values_out_of_range_are_errors_wherever_a_quantity_stands(
 fn times_out_of_range_are_errors_wherever_a_time_stands() {
     // TimeRequest, TimeSync, Odometry.
     assert_eq!(refuses(&varint(Millis::MAX.0), &too_late(Millis::MAX.0)), 3);
-    // Nine rows, Grant twice, Revoke, TimeSync.
-    assert_eq!(refuses(&varint(SiteMillis::MAX.0), &too_late(SiteMillis::MAX.0)), 13);
-    // Nine rows, PileState twice, Drive.
+    // Nine rows, Grant twice, Revoke, TimeSync, ChargeReport twice.
+    assert_eq!(refuses(&varint(SiteMillis::MAX.0), &too_late(SiteMillis::MAX.0)), 15);
+    // Nine rows, PileState twice, Drive, ChargeReport, PileParameters, Provision.
     let max = DurationMs::MAX.0.into();
-    assert_eq!(refuses(&varint(max), &too_late(max)), 12);
+    assert_eq!(refuses(&varint(max), &too_late(max)), 15);
 }
 
 #[test]
@@ -115,8 +120,8 @@ fn an_unknown_ordinal_is_an_error() {
         assert_eq!(read_body(&[&[ordinal][..], &[0; 128]].concat()), [Err(FrameError::Body)]);
     }
     // An enum within a message: an acknowledgement of neither a command nor a report.
-    let acknowledged = Message::Ack(protocol::Ack { of: Reference::Report(protocol::ReportId(5)) });
-    assert_eq!(body(&acknowledged), [8, 1, 5]);
+    let acknowledged = Message::Ack(protocol::Ack { of: Reference::Command(protocol::CommandId(5)) });
+    assert_eq!(body(&acknowledged), [8, 0, 5]);
     assert_eq!(read_body(&[8, 2, 5]), [Err(FrameError::Body)]);
 }
 
@@ -124,9 +129,11 @@ fn an_unknown_ordinal_is_an_error() {
 fn a_list_longer_than_its_limit_is_an_error() {
     for (message, ordinal, limit) in [
         ("PileTable", &[2][..], protocol::limits::ROWS_PER_TABLE),
-        ("PassReport", &[5, 0][..], protocol::limits::PASSES_PER_REPORT),
+        ("PassReport", &[5, 0, 0][..], protocol::limits::PASSES_PER_REPORT),
         ("Assignment", &[13, 0, 0, 0, 0][..], protocol::limits::WAYPOINTS_PER_PART),
         ("ChassisState", &[21, 0, 0][..], protocol::limits::CHASSIS_FAULTS),
+        ("PileFaults", &[25][..], protocol::FaultCode::ALL.len()),
+        ("PendingPasses", &[26][..], protocol::limits::PASSES_PER_REPORT),
     ] {
         let list = |length: usize, zeros: usize| [ordinal, &[length as u8], &vec![0; zeros]].concat();
         let zeros = (0..).find(|&zeros| read_body(&list(limit, zeros))[0].is_ok());

@@ -10,7 +10,7 @@ use core::fmt::Debug;
 
 use protocol::{
     Activity, Availability, ChassisFault, ChassisMode, ChassisRefusal, Deframer, EndReason, FaultCode, Frame,
-    Message, NackReason, Reference, StopReason, UnassignedReason, Wheel,
+    Message, NackReason, Reference, StopReason, Topic, UnassignedReason, Wheel,
 };
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -52,7 +52,8 @@ fn every_message_keeps_its_bytes() {
     check_enum!(Message {
         Hello, PileState, PileTable, Grant, Revoke, PassReport, TimeRequest, TimeSync, Ack, Nack, Fault,
         RobotState, ChargeRequest, Assignment, Unassigned, Drive, Stop, Release, Task, TaskEnergy, Odometry,
-        ChassisState
+        ChassisState, PileReadings, ChargeReport, Query, PileFaults, PendingPasses, PileParameters, ClearFault,
+        Provision
     } in v01::messages());
 }
 
@@ -62,9 +63,14 @@ fn every_enum_keeps_its_ordinals() {
     check_enum!(EndReason { Completed, Expired, Revoked, RobotLeft, Fault } in v01::END_REASONS);
     check_enum!(Reference { Command, Report } in v01::REFERENCES);
     check_enum!(NackReason {
-        StaleEpoch, TooLate, ClockUnknown, Held, Occupied, Faulted, Ended, Chassis
+        StaleEpoch, TooLate, ClockUnknown, Held, Occupied, Faulted, Ended, Chassis, NotCleared, Provisioned
     } in v01::NACK_REASONS);
-    check_enum!(FaultCode { ReaderSilent, ContactorWelded, ContactorStuckOpen } in v01::FAULT_CODES);
+    check_enum!(FaultCode {
+        ReaderSilent, ContactorWelded, ContactorStuckOpen, OverCurrent, OverVoltage, OverTemperature,
+        ReversedPolarity, StrayCurrent, VoltageSensor, CurrentSensor, TemperatureSensor, EmergencyStop,
+        MainsLost, StoreFailed
+    } in v01::FAULT_CODES);
+    check_enum!(Topic { State, Faults, Passes, Table, Parameters } in v01::TOPICS);
     check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded } in v01::ACTIVITIES);
     check_enum!(UnassignedReason { AllTaken, OutOfReach } in v01::UNASSIGNED_REASONS);
     check_enum!(ChassisRefusal {

@@ -24,9 +24,9 @@ pub const END_REASONS: [(EndReason, &str); 5] = [
 ];
 
 pub const REFERENCES: [(Reference, &str); 2] =
-    [(Reference::Command(CommandId(5)), "00|05"), (Reference::Report(ReportId(6)), "01|06")];
+    [(Reference::Command(CommandId(5)), "00|05"), (Reference::Report(REPORT), "01|03 06")];
 
-pub const NACK_REASONS: [(NackReason, &str); 8] = [
+pub const NACK_REASONS: [(NackReason, &str); 10] = [
     (NackReason::StaleEpoch { highest: Epoch(300) }, "00|AC02"),
     (NackReason::TooLate, "01"),
     (NackReason::ClockUnknown, "02"),
@@ -35,12 +35,33 @@ pub const NACK_REASONS: [(NackReason, &str); 8] = [
     (NackReason::Faulted, "05"),
     (NackReason::Ended, "06"),
     (NackReason::Chassis { refusal: ChassisRefusal::TurnRate }, "07|02"),
+    (NackReason::NotCleared, "08"),
+    (NackReason::Provisioned, "09"),
 ];
 
-pub const FAULT_CODES: [(FaultCode, &str); 3] = [
+pub const FAULT_CODES: [(FaultCode, &str); 14] = [
     (FaultCode::ReaderSilent, "00"),
     (FaultCode::ContactorWelded, "01"),
     (FaultCode::ContactorStuckOpen, "02"),
+    (FaultCode::OverCurrent, "03"),
+    (FaultCode::OverVoltage, "04"),
+    (FaultCode::OverTemperature, "05"),
+    (FaultCode::ReversedPolarity, "06"),
+    (FaultCode::StrayCurrent, "07"),
+    (FaultCode::VoltageSensor, "08"),
+    (FaultCode::CurrentSensor, "09"),
+    (FaultCode::TemperatureSensor, "0A"),
+    (FaultCode::EmergencyStop, "0B"),
+    (FaultCode::MainsLost, "0C"),
+    (FaultCode::StoreFailed, "0D"),
+];
+
+pub const TOPICS: [(Topic, &str); 5] = [
+    (Topic::State, "00"),
+    (Topic::Faults, "01"),
+    (Topic::Passes, "02"),
+    (Topic::Table, "03"),
+    (Topic::Parameters, "04"),
 ];
 
 pub const ACTIVITIES: [(Activity, &str); 5] = [
@@ -91,6 +112,9 @@ pub const CHASSIS_FAULTS: [(ChassisFault, &str); 6] = [
     (ChassisFault::GyroSilent, "04"),
     (ChassisFault::BatterySilent, "05"),
 ];
+
+/// `03 06`: boot, number.
+const REPORT: ReportId = ReportId { boot: BootEpoch(3), number: 6 };
 
 /// `02 09 03`
 const LEASE: LeaseRef = LeaseRef { epoch: Epoch(2), lease: LeaseId(9), robot: RobotId(3) };
@@ -225,9 +249,100 @@ fn chassis() -> [(Message, &'static str); 4] {
     ]
 }
 
+/// What a pile and the tool at its desk say to each other, and what a pile tells of a charge.
+fn service() -> [(Message, &'static str); 10] {
+    let mut faults = Vec::new();
+    faults.extend([
+        FaultState { code: FaultCode::OverCurrent, active: false, latched: true },
+        FaultState { code: FaultCode::StoreFailed, active: true, latched: false },
+    ]);
+    let mut passes = Vec::new();
+    passes.extend([PassCount { tag: TAG, period: 23, passes: 128 }]);
+    let readings = PileReadings {
+        voltage: Some(VoltageV::new(12.5).unwrap()),
+        current: Some(CurrentA::new(-2.25).unwrap()),
+        temperature: Some(TemperatureC::new(12.5).unwrap()),
+        current_limit: CurrentA::new(12.5).unwrap(),
+        contactor_closed: true,
+        mated: true,
+        emergency_stop: false,
+        mains: true,
+    };
+    let blind = PileReadings { voltage: None, current: None, temperature: None, ..readings };
+    let charge = ChargeReport {
+        report: REPORT,
+        lease: LEASE,
+        tag: TAG,
+        reason: EndReason::RobotLeft,
+        began: SiteMillis(60_000),
+        ended: Some(SiteMillis(250_000)),
+        charged: DurationMs(1_000),
+        energy: energy(),
+    };
+    let parameters = PileParameters {
+        power: PowerW::new(1_000.0).unwrap(),
+        eta: DurationMs(1_000),
+        voltage_max: VoltageV::new(12.5).unwrap(),
+        current_max: CurrentA::new(12.5).unwrap(),
+        derate_from: TemperatureC::new(12.5).unwrap(),
+        stop_at: TemperatureC::new(-2.25).unwrap(),
+        dock_enter_dbm: -60,
+        dock_leave_dbm: -66,
+    };
+    let provision = Provision {
+        command: CommandId(300),
+        pile: PileId(7),
+        device_key: Key::new([0x11; 32]),
+        site_key: Key::new([0x22; 32]),
+        boot_floor: BootEpoch(300),
+        parameters,
+    };
+    [
+        // voltage, current, temperature | limit | closed, mated, emergency stop, mains
+        (
+            Message::PileReadings(readings),
+            "16 | 01 00004841 | 01 000010C0 | 01 00004841 | 00004841 | 01 01 00 01",
+        ),
+        (Message::PileReadings(blind), "16 | 00 | 00 | 00 | 00004841 | 01 01 00 01"),
+        // report | lease | tag | reason | began | ended | charged | energy
+        (
+            Message::ChargeReport(charge),
+            "17 | 03 06 | 02 09 03 | 30751FEB705C5904E3D50D70 | 03 | E0D403 | 01 90A10F | E807 | 00007A44",
+        ),
+        (
+            Message::ChargeReport(ChargeReport { ended: None, ..charge }),
+            "17 | 03 06 | 02 09 03 | 30751FEB705C5904E3D50D70 | 03 | E0D403 | 00 | E807 | 00007A44",
+        ),
+        // topic
+        (Message::Query(Query { topic: Topic::Table }), "18 | 03"),
+        // two faults: code, active, latched
+        (Message::PileFaults(PileFaults { faults }), "19 | 02 | 03 00 01 | 0D 01 00"),
+        // one count: tag, period, passes
+        (Message::PendingPasses(PendingPasses { passes }), "1A | 01 | 30751FEB705C5904E3D50D70 17 8001"),
+        // power | eta | voltage, current | derate from, stop at | enter, leave
+        (
+            Message::PileParameters(parameters),
+            "1B | 00007A44 | E807 | 00004841 00004841 | 00004841 000010C0 | C4 BE",
+        ),
+        // command | code
+        (
+            Message::ClearFault(ClearFault { command: CommandId(300), code: FaultCode::OverCurrent }),
+            "1C | AC02 | 03",
+        ),
+        // command | pile | device key | site key | boot floor | parameters
+        (
+            Message::Provision(provision),
+            "1D | AC02 | 07 \
+             | 1111111111111111111111111111111111111111111111111111111111111111 \
+             | 2222222222222222222222222222222222222222222222222222222222222222 \
+             | AC02 | 00007A44 E807 00004841 00004841 00004841 000010C0 C4 BE",
+        ),
+    ]
+}
+
 /// All of them.
 pub fn messages() -> std::vec::Vec<(Message, &'static str)> {
-    [&site()[..], &driving(), &chassis()].concat()
+    [&site()[..], &driving(), &chassis(), &service()].concat()
 }
 
 /// What piles, robots and the coordinator say to each other.
@@ -249,7 +364,7 @@ fn site() -> [(Message, &'static str); 18] {
     passes.extend([PassCount { tag: TAG, period: 23, passes: 128 }]);
     let mut waypoints = Vec::new();
     waypoints.extend([position(), position()]);
-    let report = ReportId(6);
+    let report = REPORT;
     let request = RequestId(1_000_000);
     [
         // versions from 1 | to 2 | software 0.1.2 | epoch 300
@@ -281,7 +396,7 @@ fn site() -> [(Message, &'static str); 18] {
         // report | one count: tag, period, passes
         (
             Message::PassReport(PassReport { report, passes }),
-            "05 | 06 | 01 | 30751FEB705C5904E3D50D70 17 8001",
+            "05 | 03 06 | 01 | 30751FEB705C5904E3D50D70 17 8001",
         ),
         // asked at
         (Message::TimeRequest(TimeRequest { asked_at: Millis(1_000) }), "06 | E807"),
@@ -290,9 +405,9 @@ fn site() -> [(Message, &'static str); 18] {
             Message::TimeSync(TimeSync { asked_at: Millis(1_000), site_now: SiteMillis(1_700_000_000_000) }),
             "07 | E807 | 80D095FFBC31",
         ),
-        // of command 5, of report 6
+        // of command 5, of report 3.6
         (Message::Ack(Ack { of: Reference::Command(CommandId(5)) }), "08 | 00 05"),
-        (Message::Ack(Ack { of: Reference::Report(report) }), "08 | 01 06"),
+        (Message::Ack(Ack { of: Reference::Report(report) }), "08 | 01 03 06"),
         // of command 5 | reason
         (
             Message::Nack(Nack {
@@ -304,7 +419,7 @@ fn site() -> [(Message, &'static str); 18] {
         // report | code | active
         (
             Message::Fault(Fault { report, code: FaultCode::ContactorStuckOpen, active: true }),
-            "0A | 06 | 02 | 01",
+            "0A | 03 06 | 02 | 01",
         ),
         // x, y | energy | activity | accepted
         (
