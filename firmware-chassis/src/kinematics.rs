@@ -22,6 +22,8 @@
 
 use nalgebra::{SMatrix, Vector3, Vector4};
 
+use crate::covariance::PlaneCovariance;
+
 /// Speeds of the wheels A, B, C, D over ground, in m/s, or distances in m; forward is positive.
 pub type WheelSpeeds = Vector4<f32>;
 /// The robot's velocity in its own frame: forward in m/s, left in m/s, counter-clockwise in rad/s.
@@ -73,10 +75,22 @@ impl Kinematics {
         self.to_twist * wheels
     }
 
-    /// The matrix of [`Self::twist`], to carry variances along.
+    /// The covariance of [`Self::twist`] of wheels with these variances, in m² if the wheels' are:
+    /// the matrix of eq. 2 times theirs times its transpose. Its entries are equal but for their
+    /// signs, so that only sums of the variances are left.
     #[must_use]
-    pub const fn to_twist(&self) -> &SMatrix<f32, 3, 4> {
-        &self.to_twist
+    pub fn twist_covariance(&self, wheels: &WheelSpeeds) -> PlaneCovariance {
+        let [a, b, c, d] = (*wheels).into();
+        let (way, turn) = (self.to_twist.m11, self.to_twist.m34);
+        let all = a + b + c + d;
+        PlaneCovariance {
+            xx: way * way * all,
+            xy: way * way * (a - b + c - d),
+            xyaw: way * turn * (c + d - a - b),
+            yy: way * way * all,
+            yyaw: way * turn * (b + c - a - d),
+            yawyaw: turn * turn * all,
+        }
     }
 }
 
@@ -138,6 +152,18 @@ mod tests {
             let wheels = kinematics.wheels(&velocity);
             prop_assert!((kinematics.twist(&wheels) - velocity).amax() < 1e-4);
             prop_assert!(slip_speed(&wheels).abs() < 1e-4);
+        }
+
+        #[test]
+        fn a_twists_covariance_is_what_the_matrix_makes_of_the_wheels_variances(
+            wheelbase in 0.05f32..2.0, track in 0.05f32..2.0, variances in prop::array::uniform4(0.0f32..1.0),
+        ) {
+            let kinematics = Kinematics::new(wheelbase, track);
+            let wheels = WheelSpeeds::from(variances);
+            let expected =
+                kinematics.to_twist * SMatrix::from_diagonal(&wheels) * kinematics.to_twist.transpose();
+            let covariance = nalgebra::Matrix3::from(kinematics.twist_covariance(&wheels));
+            prop_assert!((covariance - expected).amax() <= 1e-5 * expected.amax());
         }
 
         #[test]

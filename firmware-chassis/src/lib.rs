@@ -24,6 +24,8 @@
 //! | [`control`] | the duty that makes a wheel follow its set-point |
 //! | [`motion`] | driving, stopping, braked: which of them, and why |
 //! | [`odometry`] | where the robot is, and how sure that is |
+//! | [`covariance`] | how sure a place in the plane is |
+//! | [`trig`] | sine and cosine for a core without f64 |
 //! | [`gyro`] | the turn rate, its bias taken out |
 //! | [`icm20948`] | the driver of the gyroscope |
 //! | [`monitor`] | what is wrong with the chassis, and how it is noticed |
@@ -42,6 +44,7 @@ pub mod board;
 pub mod chassis;
 pub mod commands;
 pub mod control;
+pub mod covariance;
 pub mod gyro;
 pub mod icm20948;
 pub mod kinematics;
@@ -56,10 +59,11 @@ pub mod ramp;
 pub mod report;
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod tasks;
+pub mod trig;
 pub mod voice;
 pub mod wheel;
 
-pub use chassis::{BatterySample, Chassis, Input, Messages, Motors, Outputs, Sensors};
+pub use chassis::{BatterySample, Chassis, Input, Messages, Motors, Sensors};
 pub use kinematics::{Kinematics, Velocity, WheelSpeeds};
 pub use parameters::{ParameterError, Parameters, Start};
 

@@ -9,11 +9,13 @@
 //! carried to the robot's frame by the matrix of eq. 2, and from tick to tick by the derivative of
 //! the pose.
 
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::Vector3;
 
 use crate::{
+    covariance::PlaneCovariance,
     kinematics::{Kinematics, Velocity, WheelSpeeds},
     parameters::Noise,
+    trig::sin_cos,
 };
 
 /// Beyond this the map ends, in m.
@@ -38,18 +40,23 @@ impl Pose {
     /// m, m, rad.
     #[must_use]
     pub fn moved(self, motion: &Velocity) -> Self {
-        self.shifted(chord(motion), libm::sincosf(self.yaw), motion.z)
+        let way = turned(chord(motion), sin_cos(self.yaw));
+        self.shifted(way, motion.z)
     }
 
-    /// The pose after a chord in the frame of this one, whose yaw has this sine and cosine, and a
-    /// turn.
-    fn shifted(self, (forward, left): (f32, f32), (sin, cos): (f32, f32), turn: f32) -> Self {
+    /// The pose after a way in the map's frame and a turn.
+    fn shifted(self, (x, y): (f32, f32), turn: f32) -> Self {
         Self {
-            x: (self.x + cos * forward - sin * left).clamp(-FARTHEST_M, FARTHEST_M),
-            y: (self.y + sin * forward + cos * left).clamp(-FARTHEST_M, FARTHEST_M),
+            x: (self.x + x).clamp(-FARTHEST_M, FARTHEST_M),
+            y: (self.y + y).clamp(-FARTHEST_M, FARTHEST_M),
             yaw: wrapped(self.yaw + turn),
         }
     }
+}
+
+/// A way in a frame that is turned by an angle with this sine and cosine.
+fn turned((forward, left): (f32, f32), (sin, cos): (f32, f32)) -> (f32, f32) {
+    (cos * forward - sin * left, sin * forward + cos * left)
 }
 
 /// Where an arc ends, in the frame of its start. With a small angle, sin(a)/a and (1 - cos(a))/a
@@ -59,7 +66,7 @@ fn chord(motion: &Velocity) -> (f32, f32) {
     let (along, across) = if angle.abs() < 0.05 {
         (1.0 - angle * angle / 6.0, 0.5 * angle * (1.0 - angle * angle / 12.0))
     } else {
-        let (sin, cos) = libm::sincosf(angle);
+        let (sin, cos) = sin_cos(angle);
         (sin / angle, (1.0 - cos) / angle)
     };
     (along * motion.x - across * motion.y, across * motion.x + along * motion.y)
@@ -91,7 +98,7 @@ pub struct Odometer {
     /// The variance of a way for being counted in whole counts, in m².
     quantum_m2: f32,
     pose: Pose,
-    covariance: Matrix3<f32>,
+    covariance: PlaneCovariance,
 }
 
 impl Odometer {
@@ -99,7 +106,7 @@ impl Odometer {
     #[must_use]
     pub fn new(noise: Noise, metres_per_count: f32) -> Self {
         let quantum_m2 = metres_per_count * metres_per_count / 12.0;
-        Self { noise, quantum_m2, pose: Pose::default(), covariance: Matrix3::zeros() }
+        Self { noise, quantum_m2, pose: Pose::default(), covariance: PlaneCovariance::default() }
     }
 
     /// Where the robot is.
@@ -108,9 +115,9 @@ impl Odometer {
         self.pose
     }
 
-    /// How sure that is: the covariance of x, y and yaw.
+    /// How sure that is.
     #[must_use]
-    pub const fn covariance(&self) -> &Matrix3<f32> {
+    pub const fn covariance(&self) -> &PlaneCovariance {
         &self.covariance
     }
 
@@ -122,60 +129,35 @@ impl Odometer {
         if let Some(gyro_rad) = rolled.gyro_rad {
             let deviation = self.noise.gyro_radps * rolled.elapsed_s;
             let gyro = deviation * deviation;
-            let weight = variance.m33 / (variance.m33 + gyro);
+            let weight = variance.yawyaw / (variance.yawyaw + gyro);
             motion.z += weight * (gyro_rad - motion.z);
             // The errors of place and turn of the wheels go together; those of the gyroscope and
             // the wheels do not.
             let left = 1.0 - weight;
-            for place in 0..2 {
-                variance[(place, 2)] *= left;
-                variance[(2, place)] *= left;
-            }
-            variance.m33 = weight * gyro;
+            variance.xyaw *= left;
+            variance.yyaw *= left;
+            variance.yawyaw = weight * gyro;
         }
-        let chord = chord(&motion);
-        // Once for both: it is computed in f64, for which the core has no instructions.
-        let yaw = libm::sincosf(self.pose.yaw);
-        self.spread(chord, yaw, &variance);
-        self.pose = self.pose.shifted(chord, yaw, motion.z);
+        let yaw = sin_cos(self.pose.yaw);
+        let way = turned(chord(&motion), yaw);
+        // To first order in the small turn of a tick.
+        self.covariance = (self.covariance.carried(way) + variance.turned(yaw)).clamped(LARGEST);
+        self.pose = self.pose.shifted(way, motion.z);
         motion
     }
 
     /// The covariance of the wheels' word on a tick's motion.
-    fn motion_variance(&self, kinematics: &Kinematics, rolled: &Rolled) -> Matrix3<f32> {
+    fn motion_variance(&self, kinematics: &Kinematics, rolled: &Rolled) -> PlaneCovariance {
         let rolling = self.noise.rolling_m * if rolled.slipping { self.noise.slipping } else { 1.0 };
-        let to_twist = kinematics.to_twist();
-        let ways = rolled.wheels_m.map(|way| rolling * way.abs() + self.quantum_m2);
-        let scaled = SMatrix::<f32, 3, 4>::from_fn(|row, wheel| to_twist[(row, wheel)] * ways[wheel]);
-        scaled * to_twist.transpose()
-    }
-
-    /// Carries the covariance along a chord, at a yaw with this sine and cosine.
-    fn spread(&mut self, (forward, left): (f32, f32), (sin, cos): (f32, f32), variance: &Matrix3<f32>) {
-        #[rustfmt::skip]
-        let by_pose = Matrix3::new(
-            1.0, 0.0, -sin * forward - cos * left,
-            0.0, 1.0,  cos * forward - sin * left,
-            0.0, 0.0,  1.0,
-        );
-        // To first order in the small turn of a tick.
-        #[rustfmt::skip]
-        let by_motion = Matrix3::new(
-            cos, -sin, 0.0,
-            sin,  cos, 0.0,
-            0.0,  0.0, 1.0,
-        );
-        let covariance =
-            by_pose * self.covariance * by_pose.transpose() + by_motion * variance * by_motion.transpose();
-        self.covariance = covariance.map(|value| value.clamp(-LARGEST, LARGEST));
+        kinematics.twist_covariance(&rolled.wheels_m.map(|way| rolling * way.abs() + self.quantum_m2))
     }
 
     /// The variances of the velocity that wheel speeds with variance `speed` and the gyroscope give,
     /// if it is heard: m²/s², m²/s², rad²/s².
     #[must_use]
     pub fn velocity_variance(&self, kinematics: &Kinematics, speed: f32, gyro: bool) -> Vector3<f32> {
-        let to_twist = kinematics.to_twist();
-        let mut variance = Vector3::from_fn(|row, _| to_twist.row(row).norm_squared() * speed);
+        let PlaneCovariance { xx, yy, yawyaw, .. } = kinematics.twist_covariance(&WheelSpeeds::repeat(speed));
+        let mut variance = Vector3::new(xx, yy, yawyaw);
         if gyro {
             variance.z = variance.z.min(self.noise.gyro_radps * self.noise.gyro_radps);
         }
@@ -187,6 +169,7 @@ impl Odometer {
 mod tests {
     use core::f32::consts::{FRAC_PI_2, PI};
 
+    use nalgebra::Matrix3;
     use proptest::prelude::*;
     use protocol::RobotId;
 
@@ -236,12 +219,12 @@ mod tests {
         }
         // Forward: a mean of four wheels, each 10 m at 1e-4 m²/m: 1e-3 / 4.
         let covariance = odometer.covariance();
-        assert!((covariance.m11 / 2.5e-4 - 1.0).abs() < 0.01, "{covariance}");
+        assert!((covariance.xx / 2.5e-4 - 1.0).abs() < 0.01, "{covariance:?}");
         // Yaw: four times (0.25 / 0.2)² times the same.
-        assert!((covariance.m33 / 6.25e-3 - 1.0).abs() < 0.01, "{covariance}");
+        assert!((covariance.yawyaw / 6.25e-3 - 1.0).abs() < 0.01, "{covariance:?}");
         // To the side: as forward, and the integral of the yaw's over the way, v L³ / 3.
         let aside = 2.5e-4 + 6.25e-4 * 10.0f32.powi(3) / 3.0;
-        assert!((covariance.m22 / aside - 1.0).abs() < 0.01, "{covariance}");
+        assert!((covariance.yy / aside - 1.0).abs() < 0.01, "{covariance:?}");
     }
 
     #[test]
@@ -252,7 +235,7 @@ mod tests {
         }
         // 2000 ticks of (0.003 rad/s x 0.01 s)².
         let covariance = odometer.covariance();
-        assert!((covariance.m33 / 1.8e-6 - 1.0).abs() < 0.01, "{covariance}");
+        assert!((covariance.yawyaw / 1.8e-6 - 1.0).abs() < 0.01, "{covariance:?}");
     }
 
     proptest! {
@@ -281,8 +264,7 @@ mod tests {
             let (mut odometer, kinematics) = odometer();
             for (wheels, gyro) in ticks {
                 odometer.advance(&kinematics, &rolled(WheelSpeeds::from(wheels), gyro));
-                let covariance = odometer.covariance();
-                prop_assert!((covariance - covariance.transpose()).amax() <= 1e-6 * covariance.amax());
+                let covariance = Matrix3::from(*odometer.covariance());
                 let least = covariance.symmetric_eigenvalues().min();
                 prop_assert!(least >= -1e-5 * covariance.amax(), "{covariance}");
             }
@@ -297,7 +279,8 @@ mod tests {
                 let motion = odometer.advance(&kinematics, &rolled(WheelSpeeds::from(wheels), gyro));
                 let Pose { x, y, yaw } = odometer.pose();
                 prop_assert!([x, y, yaw].into_iter().all(f32::is_finite));
-                prop_assert!(odometer.covariance().iter().chain(motion.iter()).all(|value| value.is_finite()));
+                let covariance = Matrix3::from(*odometer.covariance());
+                prop_assert!(covariance.iter().chain(motion.iter()).all(|value| value.is_finite()));
             }
         }
     }

@@ -1,13 +1,14 @@
 //! The chassis' numbers as the quantities of the wire. They are in range unless the sensors tell
 //! nonsense; then the nearest that is goes out, and never something that is no number.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use protocol::{
     AngleRad, CoordinateM, Covariance, PoseCovariance, SpeedMps, TurnRateRadps, Twist, TwistVariance,
 };
 
 use crate::{
     TICK_S,
+    covariance::PlaneCovariance,
     kinematics::Velocity,
     odometry::Pose,
     wheel::{POSITION_GAIN, SPEED_GAIN},
@@ -33,17 +34,17 @@ pub fn pose(pose: Pose) -> protocol::Pose {
     }
 }
 
-/// The covariance of x, y and yaw.
+/// The covariance of a pose.
 #[must_use]
-pub fn pose_covariance(matrix: &Matrix3<f32>) -> PoseCovariance {
-    let at = |row, column| Covariance::clamped(matrix[(row, column)]);
+pub fn pose_covariance(covariance: &PlaneCovariance) -> PoseCovariance {
+    let PlaneCovariance { xx, xy, xyaw, yy, yyaw, yawyaw } = *covariance;
     PoseCovariance {
-        xx: at(0, 0),
-        xy: at(0, 1),
-        xyaw: at(0, 2),
-        yy: at(1, 1),
-        yyaw: at(1, 2),
-        yawyaw: at(2, 2),
+        xx: Covariance::clamped(xx),
+        xy: Covariance::clamped(xy),
+        xyaw: Covariance::clamped(xyaw),
+        yy: Covariance::clamped(yy),
+        yyaw: Covariance::clamped(yyaw),
+        yawyaw: Covariance::clamped(yawyaw),
     }
 }
 

@@ -53,7 +53,8 @@ macro_rules! quantities {
             /// The nearest value in range; NaN becomes the smallest.
             #[must_use]
             pub fn clamped(value: f32) -> Self {
-                Self(value.max($min).min($max))
+                // Comparisons: `max` and `min` are calls on a core without them.
+                Self(if value > $min { if value < $max { value } else { $max } } else { $min })
             }
 
             /// The bare number.
