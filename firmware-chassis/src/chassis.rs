@@ -1,31 +1,30 @@
-//! The chassis' core: a control tick, and which input concerns which room.
+//! The chassis' core: a control tick, and which input concerns which room. What the robot's computer
+//! tells it is in `orders`, what it says itself in `telemetry`.
 //!
 //! A tick has five parts: sensors are taken in, the odometer moves on, faults and time decide
 //! whether the robot may drive, set-points and duties follow, and messages that are due go out. A
 //! step's work and memory are bounded.
 
+mod orders;
+mod telemetry;
+
 use firmware_common::reader::TagRead;
 use heapless::Vec;
-use protocol::{
-    Ack, BootEpoch, ChassisRefusal, ChassisState, CommandId, DeviceId, Drive, Frame, FrameError, Message,
-    Millis, Nack, NackReason, Odometry, Reference, StopReason, Task, TaskEnergy,
-};
+use protocol::{Frame, FrameError, Message, Millis, StopReason};
 
 use crate::{
     TICK, TICK_S,
     battery::{Battery, Tasks},
-    commands::{Answer, Commands},
+    commands::Commands,
     control::{ControlLaw, WheelControl, WheelState},
     gyro::Gyro,
     kinematics::{Kinematics, Velocity, WheelSpeeds, slip_speed},
-    limits,
     monitor::{Monitor, WheelSample},
     motion::Motion,
     odometry::{Odometer, Pose, Rolled},
     parameters::{ParameterError, Parameters, Start},
     passing::Passing,
     ramp::Ramp,
-    report,
     voice::Voice,
     wheel::WheelObserver,
 };
@@ -33,8 +32,6 @@ use crate::{
 /// The most messages a step sends, at a tick: Hello, the state, a question for the time, passes,
 /// odometry.
 pub const MESSAGES_PER_STEP: usize = 5;
-/// Slower than this a wheel stands, in m/s.
-const REST_MPS: f32 = 0.02;
 /// The most ticks a late one is taken for; further ones are lost to the odometer.
 const MOST_PERIODS: u32 = 100;
 
@@ -86,15 +83,6 @@ pub enum Motors {
 
 /// The messages of a step, all for the robot's computer.
 pub type Messages = Vec<Message, MESSAGES_PER_STEP>;
-
-/// What a step asks of the shell: the motors first, then the messages.
-#[derive(Clone, Debug)]
-pub struct Outputs {
-    /// What the motors do from now on. An emergency stop comes out of the step that took its frame.
-    pub motors: Motors,
-    /// What to send, in order.
-    pub messages: Messages,
-}
 
 /// A Mecanum chassis.
 #[derive(Clone, Debug)]
@@ -166,21 +154,26 @@ impl Chassis {
         })
     }
 
-    /// Takes one input at `now` on the chassis' own clock. Should `now` lie before an earlier
+    /// Takes one input at `now` on the chassis' own clock, and puts what is to be sent, in order, in
+    /// place of what is in `messages`. Answers what the motors do from now on, to be done first: an
+    /// emergency stop comes out of the step that took its frame. Should `now` lie before an earlier
     /// step's, no time has passed.
-    pub fn step(&mut self, now: Millis, input: Input<'_>) -> Outputs {
+    ///
+    /// The room for messages is the caller's because they are large: to move them out of here would
+    /// cost as much as half of the tick.
+    pub fn step(&mut self, now: Millis, input: Input<'_>, messages: &mut Messages) -> Motors {
         self.now = self.now.max(now);
-        let mut messages = Messages::new();
+        messages.clear();
         match input {
             Input::Tick(sensors) => {
                 self.tick(&sensors);
-                self.speak(&mut messages);
+                self.speak(messages);
             }
             Input::Tag(read) => self.passing.read(self.now, read),
-            Input::Frame(frame) => self.hear(frame, &mut messages),
+            Input::Frame(frame) => self.hear(frame, messages),
             Input::Discarded(_) => self.discarded = self.discarded.saturating_add(1),
         }
-        Outputs { motors: self.motors, messages }
+        self.motors
     }
 
     /// Driving, stopping or braked, and why.
@@ -312,144 +305,6 @@ impl Chassis {
 
     fn speeds(&self) -> WheelSpeeds {
         WheelSpeeds::from(self.wheels.each_ref().map(WheelObserver::speed_mps))
-    }
-
-    /// Only the robot's own computer is obeyed.
-    fn hear(&mut self, frame: &Frame, messages: &mut Messages) {
-        if frame.header.sender != DeviceId::Robot(self.parameters.robot) {
-            return;
-        }
-        self.discarded_before = self.discarded;
-        let boot = frame.header.boot;
-        match &frame.message {
-            Message::Hello(_) => {
-                let wanted = self.voice.greeted(self.now);
-                messages.extend(wanted.then(|| Message::Hello(self.voice.hello(self.now))));
-            }
-            Message::Drive(drive) => {
-                self.obey(boot, drive.command, messages, |chassis| (chassis.drive(drive), None));
-            }
-            Message::Stop(stop) if stop.emergency => {
-                self.brake(StopReason::Emergency);
-                // One that comes late is obeyed, but makes no late release new again.
-                if self.commands.answered(boot, stop.command).is_none() {
-                    self.commands.remember(boot, stop.command, Ok(()));
-                }
-                say(messages, answered(stop.command, Ok(())));
-            }
-            Message::Stop(stop) => self.obey(boot, stop.command, messages, |chassis| {
-                chassis.motion.stop_for(StopReason::Commanded);
-                (Ok(()), None)
-            }),
-            Message::Release(release) => {
-                self.obey(boot, release.command, messages, |chassis| (chassis.release(), None));
-            }
-            Message::Task(task) => {
-                self.obey(boot, task.command, messages, |chassis| chassis.switch_task(task));
-            }
-            Message::TimeSync(sync) => self.passing.synchronise(self.now, sync),
-            Message::Ack(Ack { of: Reference::Report(report) }) => self.passing.acknowledged(*report),
-            _ => {}
-        }
-    }
-
-    /// Does a command if it is new, and answers it.
-    fn obey(
-        &mut self,
-        boot: BootEpoch,
-        command: CommandId,
-        messages: &mut Messages,
-        act: impl FnOnce(&mut Self) -> (Answer, Option<TaskEnergy>),
-    ) {
-        let answer = self.commands.answered(boot, command).unwrap_or_else(|| {
-            let (answer, energy) = act(self);
-            self.commands.remember(boot, command, answer);
-            if let Some(energy) = energy {
-                say(messages, Message::TaskEnergy(energy));
-            }
-            answer
-        });
-        say(messages, answered(command, answer));
-    }
-
-    fn drive(&mut self, drive: &Drive) -> Answer {
-        let velocity = limits::check(&self.parameters.limits, drive).map_err(refused)?;
-        if let Some(by) = self.motion.held() {
-            return Err(refused(ChassisRefusal::Stopped { by }));
-        }
-        let target = limits::slow_down(&self.parameters.limits, self.kinematics.wheels(&velocity));
-        self.motion = Motion::Driving { target, until: self.now.after(drive.ttl) };
-        Ok(())
-    }
-
-    fn release(&mut self) -> Answer {
-        if self.motion.held().is_none() {
-            return Ok(());
-        }
-        if self.speeds().amax() > REST_MPS {
-            return Err(refused(ChassisRefusal::Moving));
-        }
-        if !self.monitor.release() {
-            return Err(refused(ChassisRefusal::NotCleared));
-        }
-        self.motion = Motion::Braked { reason: StopReason::Commanded };
-        Ok(())
-    }
-
-    fn switch_task(&mut self, task: &Task) -> (Answer, Option<TaskEnergy>) {
-        match self.tasks.switch(task.task, self.battery.drawn_uj()) {
-            Ok(ended) => (Ok(()), ended),
-            Err(_) => (Err(refused(ChassisRefusal::TooManyTasks)), None),
-        }
-    }
-
-    fn speak(&mut self, messages: &mut Messages) {
-        if self.voice.hello_is_due(self.now) {
-            say(messages, Message::Hello(self.voice.hello(self.now)));
-        }
-        let state = self.state();
-        if let Some(state) = self.voice.tell(self.now, state) {
-            say(messages, Message::ChassisState(state));
-        }
-        messages.extend(self.passing.time_request(self.now).map(Message::TimeRequest));
-        messages.extend(self.passing.due(self.now).map(Message::PassReport));
-        say(messages, Message::Odometry(self.odometry()));
-    }
-
-    fn state(&self) -> ChassisState {
-        ChassisState {
-            mode: self.motion.mode(),
-            stop: self.motion.stop(),
-            faults: self.monitor.faults(self.gyro.is_silent(), self.battery.is_silent()),
-            battery: self.battery.state(),
-            discarded: self.discarded,
-        }
-    }
-
-    fn odometry(&self) -> Odometry {
-        let speed_variance = report::speed_variance(self.parameters.geometry.metres_per_count());
-        let variance = self.odometer.velocity_variance(&self.kinematics, speed_variance, self.gyro_heard);
-        Odometry {
-            stamp: self.now,
-            pose: report::pose(self.odometer.pose()),
-            pose_covariance: report::pose_covariance(self.odometer.covariance()),
-            measured: report::twist(&self.velocity),
-            measured_variance: report::twist_variance(&variance),
-            ramped: report::twist(&self.kinematics.twist(self.ramp.setpoints())),
-            commanded: report::twist(&self.kinematics.twist(&self.motion.target())),
-        }
-    }
-}
-
-fn refused(refusal: ChassisRefusal) -> NackReason {
-    NackReason::Chassis { refusal }
-}
-
-fn answered(command: CommandId, answer: Answer) -> Message {
-    let of = Reference::Command(command);
-    match answer {
-        Ok(()) => Message::Ack(Ack { of }),
-        Err(reason) => Message::Nack(Nack { of, reason }),
     }
 }
 

@@ -12,7 +12,7 @@ use firmware_common::supervisor::Place;
 use firmware_common::tasks::{Inbox, News, Outbox};
 use protocol::{Millis, RobotId};
 
-use crate::{Chassis, Input, Motors, Sensors, TICK};
+use crate::{Chassis, Input, Messages, Motors, Sensors, TICK};
 
 /// Messages that wait for the link: those of a few ticks.
 pub const OUTBOX: usize = 4 * crate::chassis::MESSAGES_PER_STEP;
@@ -46,23 +46,24 @@ pub async fn control(
     place: Place,
 ) -> ! {
     let mut tick_at = Instant::now();
+    let mut messages = Messages::new();
     loop {
         let event = select(Timer::at(tick_at), inbox.receive()).await;
         let woken_at = Instant::now();
         let now = Millis(woken_at.as_millis());
-        let outputs = match &event {
+        let input = match &event {
             Either::First(()) => {
                 place.check_in();
                 tick_at = next_tick(tick_at, woken_at);
-                chassis.step(now, Input::Tick(body.sense(now)))
+                Input::Tick(body.sense(now))
             }
-            Either::Second(News::Frame(frame)) => chassis.step(now, Input::Frame(frame)),
-            Either::Second(News::Discarded(error)) => chassis.step(now, Input::Discarded(*error)),
-            Either::Second(News::Seen(Seen::Tag(read))) => chassis.step(now, Input::Tag(*read)),
+            Either::Second(News::Frame(frame)) => Input::Frame(frame),
+            Either::Second(News::Discarded(error)) => Input::Discarded(*error),
+            Either::Second(News::Seen(Seen::Tag(read))) => Input::Tag(*read),
             Either::Second(News::Seen(Seen::Nothing)) => continue,
         };
-        body.drive(outputs.motors);
-        for message in outputs.messages {
+        body.drive(chassis.step(now, input, &mut messages));
+        for message in messages.drain(..) {
             // A link too slow for it: odometry and state come again.
             let _ = outbox.try_send(message);
         }

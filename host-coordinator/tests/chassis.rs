@@ -12,7 +12,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use firmware_chassis::{Chassis, Input, Motors, Parameters, plant::Plant};
+use firmware_chassis::{Chassis, Input, Messages, Motors, Parameters, plant::Plant};
 use host_coordinator::chassis::recording::Speeds;
 use proptest::prelude::*;
 use protocol::{
@@ -53,16 +53,13 @@ fn chassis() -> (SocketAddr, Receiver<Told>) {
                 stream.set_nodelay(true).unwrap();
                 line = Some((stream, Deframer::new()));
             }
-            let mut messages = Vec::new();
+            let (mut sent, mut messages) = (Vec::new(), Messages::new());
             for frame in heard(&mut line) {
-                let outputs = chassis.step(now, Input::Frame(&frame));
-                motors = outputs.motors;
-                messages.extend(outputs.messages);
+                motors = chassis.step(now, Input::Frame(&frame), &mut messages);
+                sent.extend(messages.drain(..));
             }
-            let outputs = chassis.step(now, Input::Tick(plant.advance(motors)));
-            motors = outputs.motors;
-            messages.extend(outputs.messages);
-            for message in messages {
+            motors = chassis.step(now, Input::Tick(plant.advance(motors)), &mut messages);
+            for message in sent.into_iter().chain(messages) {
                 let bytes = writer.write(message).unwrap();
                 if let Some((stream, _)) = &mut line {
                     // A caller that hung up misses it.

@@ -1,12 +1,20 @@
 //! A chassis on a floor: the core, a model of its robot, and the robot's computer.
 
-use firmware_chassis::{Chassis, Input, Motors, Outputs, Parameters, Sensors, Velocity, plant::Plant};
+use firmware_chassis::{Chassis, Input, Messages, Motors, Parameters, Sensors, Velocity, plant::Plant};
 use protocol::*;
 
 /// The robot of all tests.
 pub const ROBOT: Parameters = Parameters::new(RobotId(7));
 /// Rounding of set-points of up to 1 m/s.
 pub const ROUNDING_MPS: f32 = 2.0 * f32::EPSILON;
+
+/// What came out of a step.
+pub struct Outputs {
+    /// What the motors do.
+    pub motors: Motors,
+    /// What is sent.
+    pub messages: Messages,
+}
 
 /// A chassis, its world and its clock.
 pub struct Bench {
@@ -45,7 +53,9 @@ impl Bench {
 
     /// One step at the present time.
     pub fn step(&mut self, input: Input<'_>) -> Outputs {
-        let outputs = self.chassis.step(self.now, input);
+        let mut messages = Messages::new();
+        let motors = self.chassis.step(self.now, input, &mut messages);
+        let outputs = Outputs { motors, messages };
         self.motors = outputs.motors;
         self.sent.extend(outputs.messages.iter().cloned());
         outputs

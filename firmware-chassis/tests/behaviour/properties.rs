@@ -1,12 +1,13 @@
 //! What holds whatever is commanded, sensed and lost.
 
 use firmware_chassis::{
-    BatterySample, Chassis, Input, Motors, Parameters, Sensors, Velocity, WheelSpeeds, ramp::RampRule,
+    BatterySample, Chassis, Input, Messages, Motors, Parameters, Sensors, Velocity, WheelSpeeds,
+    ramp::RampRule,
 };
 use proptest::{collection::vec, num::f32::ANY, prelude::*, sample::select};
 use protocol::*;
 
-use crate::bench::{Bench, ROBOT, ROUNDING_MPS};
+use crate::bench::{Bench, Outputs, ROBOT, ROUNDING_MPS};
 
 /// The paper's increment.
 const INCREMENT_MPS: f32 = 0.01;
@@ -67,7 +68,7 @@ fn events() -> impl Strategy<Value = Vec<Event>> {
 }
 
 /// Checks a step: set-points, duties and, by encoding them, messages.
-fn check(bench: &Bench, before: WheelSpeeds, outputs: &firmware_chassis::Outputs) {
+fn check(bench: &Bench, before: WheelSpeeds, outputs: &Outputs) {
     let setpoints = *bench.chassis.setpoints();
     match outputs.motors {
         // While the motors brake there is no set-point; the next ramp begins at standstill.
@@ -201,8 +202,10 @@ proptest! {
     #[test]
     fn a_clock_that_jumps_anywhere_stops_nothing_but_commands(times in vec(0..=Millis::MAX.0, 1..50)) {
         let mut chassis = Chassis::new(ROBOT).unwrap();
+        let mut messages = Messages::new();
         for now in times {
-            check_messages(&chassis.step(Millis(now), Input::Tick(Sensors::default())).messages);
+            chassis.step(Millis(now), Input::Tick(Sensors::default()), &mut messages);
+            check_messages(&messages);
         }
     }
 }
