@@ -34,6 +34,7 @@
 //! | [`gossip`] | which part of that is told to the other piles when |
 //! | [`voice`] | what a pile says of itself to the coordinator, and when |
 //! | [`reports`] | reports that are repeated until acknowledged |
+//! | [`store`] | what outlives a loss of power, in two sectors of flash |
 //! | `tasks` | the task that runs the core, generic over a board's drivers; only built for ARM |
 //! | `board` | the boards it runs on, only built for them |
 //!
@@ -51,6 +52,7 @@ pub mod parameters;
 pub mod pile;
 pub mod reports;
 pub mod safety;
+pub mod store;
 pub mod table;
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod tasks;
