@@ -12,6 +12,7 @@
 //! | [`core`] | what happens, what is known, what follows: pure |
 //! | [`store`] | the event log |
 //! | [`links`] | frames to and from piles and robots |
+//! | [`line`](mod@line) | the line to one board: serial or TCP |
 //! | [`chassis`] | a robot's chassis on the line to this computer: drive, watch, record, plot |
 //! | [`api`] | what programs and the dashboard can ask |
 //! | [`daemon`] | the shell that runs the core: clock, sockets, log |
@@ -26,6 +27,7 @@ pub mod core;
 pub mod daemon;
 pub mod diagnostics;
 pub mod document;
+pub mod line;
 pub mod links;
 pub mod reproduce;
 pub mod selection;

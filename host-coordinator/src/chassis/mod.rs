@@ -5,16 +5,17 @@
 //! |---|---|
 //! | [`session`] | what to say to a chassis, and when: pure |
 //! | [`outcome`] | how a session ends: its report, or why it failed |
-//! | [`line`](mod@line) | serial and TCP |
 //! | [`run`] | the shell around a session: line, clock, signal |
 //! | [`words`] | what a chassis says, for a person |
 //! | [`recording`] | MCAP files, written and read |
 //! | [`plot`] | a recording as a picture |
 
-pub mod line;
 pub mod outcome;
 pub mod plot;
 pub mod recording;
 pub mod run;
 pub mod session;
 pub mod words;
+
+/// What the chassis' USART is set to.
+pub const BAUD: u32 = 921_600;

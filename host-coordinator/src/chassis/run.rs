@@ -12,10 +12,10 @@ use tokio::{
 };
 
 use super::{
-    line::Line,
     outcome::SessionError,
     session::{Heard, Input, Outputs, Session},
 };
+use crate::line::Line;
 
 /// How often a session looks at its clock.
 const TICK: Duration = Duration::from_millis(5);

@@ -10,7 +10,7 @@ use std::{
 
 use host_coordinator::{
     chassis::{
-        line::Address,
+        BAUD,
         outcome::Report,
         plot,
         recording::{Recorder, Speeds},
@@ -18,6 +18,7 @@ use host_coordinator::{
         session::{Goal, Heard, Session},
         words,
     },
+    line::Address,
     simulate::duration::SimulatedTime,
 };
 use protocol::{BootEpoch, Odometry, SiteMillis, SpeedMps, TurnRateRadps, Twist};
@@ -130,7 +131,7 @@ fn converse(
     let mut recorder = None;
     let ran = runtime::Builder::new_current_thread().enable_all().build()?.block_on(async {
         let interrupt = stop_signal()?;
-        let mut line = address.open().await?;
+        let mut line = address.open(BAUD).await?;
         // Not before the line is open: a failed call must not empty an older recording.
         recorder = file.map(Recorder::create).transpose()?;
         let mut hear = |session: &Session, heard: &Heard| {

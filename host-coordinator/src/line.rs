@@ -1,4 +1,4 @@
-//! The line to a chassis: a serial port, or a TCP connection to where one ends (the emulated board,
+//! The line to one board: a serial port, or a TCP connection to where one ends (the emulated board,
 //! a serial server).
 
 use std::{fmt, io, path::PathBuf, time::Duration};
@@ -10,12 +10,10 @@ use tokio::{
     time,
 };
 
-/// What the chassis' USART is set to.
-const BAUD: u32 = 921_600;
 /// Who does not answer a call for this long is not there.
 const CALL: Duration = Duration::from_secs(2);
 
-/// Where a chassis is.
+/// Where a board is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// At a serial port.
@@ -42,7 +40,7 @@ pub enum LineError {
         ports: Vec<PathBuf>,
     },
     /// Nobody there.
-    #[error("cannot connect to {address}: {error}; is the chassis on, and is HOST:PORT right?")]
+    #[error("cannot connect to {address}: {error}; is the board on, and is HOST:PORT right?")]
     Tcp {
         /// Where.
         address: String,
@@ -52,14 +50,14 @@ pub enum LineError {
 }
 
 impl Address {
-    /// Opens the line.
+    /// Opens the line; a serial one with `baud`, to which the board's USART is set.
     ///
     /// # Errors
     /// [`LineError`] says which, why, and what to look at.
-    pub async fn open(&self) -> Result<Box<dyn Line>, LineError> {
+    pub async fn open(&self, baud: u32) -> Result<Box<dyn Line>, LineError> {
         match self {
             Self::Serial(port) => {
-                let opened = SerialPort::open(port, BAUD);
+                let opened = SerialPort::open(port, baud);
                 let port = opened.map_err(|error| LineError::Serial {
                     port: port.clone(),
                     error,
