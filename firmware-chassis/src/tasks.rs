@@ -10,7 +10,7 @@ use embassy_time::{Duration, Instant, Timer};
 use firmware_common::reader::Seen;
 use firmware_common::supervisor::Place;
 use firmware_common::tasks::{Inbox, News, Outbox};
-use protocol::{Millis, RobotId};
+use protocol::{DeviceId, Millis, Recipient, RobotId};
 
 use crate::{Chassis, Input, Messages, Motors, Sensors, TICK};
 
@@ -25,6 +25,9 @@ pub const ROBOT: RobotId = RobotId(match option_env!("CHARGEHAND_ROBOT_ID") {
         Err(_) => panic!("CHARGEHAND_ROBOT_ID must be a number from 0 to 65535"),
     },
 });
+
+/// Whom the chassis speaks to.
+const COMPUTER: Recipient = Recipient::Device(DeviceId::Robot(ROBOT));
 
 /// Motors, encoders, gyroscope and battery meter of a board. Neither call may wait for long: a tick
 /// has 10 ms.
@@ -65,7 +68,7 @@ pub async fn control(
         body.drive(chassis.step(now, input, &mut messages));
         for message in messages.drain(..) {
             // A link too slow for it: odometry and state come again.
-            let _ = outbox.try_send(message);
+            let _ = outbox.try_send((COMPUTER, message));
         }
     }
 }

@@ -5,8 +5,11 @@
 //!  reader UART ◀▶ watch ──▶
 //! ```
 //! What does not fit the inbox waits in the UARTs' rings. Each task checks in with the supervisor,
-//! also while there is nothing to do.
+//! also while there is nothing to do. `listen` opens and `speak` seals what goes over the link, so
+//! that the core sees only frames that are to be believed; neither does so in an interrupt, however
+//! high the core runs.
 
+use core::cell::RefCell;
 use core::pin::pin;
 
 use defmt::{Debug2Format, Display2Format, debug, error, warn};
@@ -15,7 +18,9 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Ticker, Timer, with_timeout};
 use embedded_io_async::{Read, Write};
-use protocol::{Deframer, Frame, FrameError, FrameWriter, Message};
+use protocol::{
+    Deframer, Frame, FrameBytes, FrameError, Message, Packet, Recipient, SealError, Session, Sessions,
+};
 
 use crate::reader::{Seen, TagReader};
 use crate::supervisor::{self, Place, Roll};
@@ -35,9 +40,9 @@ const CHECK_IN_INTERVAL: Duration = Duration::from_millis(supervisor::PERIOD.0 a
 /// What the other tasks tell the core.
 #[expect(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum News {
-    /// A frame arrived on the link.
+    /// A frame arrived on the link, and is to be believed.
     Frame(Frame),
-    /// Something arrived on the link that is no frame.
+    /// Something arrived on the link that is no frame, or none to be believed.
     Discarded(FrameError),
     /// The reader answered.
     Seen(Seen),
@@ -46,8 +51,28 @@ pub enum News {
 /// What waits for the core.
 pub type Inbox = Channel<CriticalSectionRawMutex, News, 4>;
 
-/// Messages that wait for the link.
-pub type Outbox<const CAPACITY: usize> = Channel<CriticalSectionRawMutex, Message, CAPACITY>;
+/// Messages that wait for the link, and for whom they are.
+pub type Outbox<const CAPACITY: usize> = Channel<CriticalSectionRawMutex, (Recipient, Message), CAPACITY>;
+
+/// The board's sessions, for the two tasks of the link. They have to run on one executor.
+pub struct Trusted<const PEERS: usize>(RefCell<Sessions<[Session; PEERS]>>);
+
+impl<const PEERS: usize> Trusted<PEERS> {
+    /// Shares `sessions`.
+    #[must_use]
+    pub const fn new(sessions: Sessions<[Session; PEERS]>) -> Self {
+        Self(RefCell::new(sessions))
+    }
+
+    fn open(&self, packet: Packet<'_>) -> Result<Frame, FrameError> {
+        // Never borrowed twice: neither task waits while it borrows, and neither interrupts the other.
+        self.0.borrow_mut().open(packet)
+    }
+
+    fn seal(&self, to: Recipient, message: &Message) -> Result<FrameBytes, SealError> {
+        self.0.borrow_mut().seal(to, message)
+    }
+}
 
 /// Resets the board unless it is fed.
 pub trait Watchdog {
@@ -67,7 +92,12 @@ pub async fn waiting<T>(place: Place, work: impl Future<Output = T>) -> T {
 }
 
 /// Turns what arrives on the link into news for the core.
-pub async fn listen(mut link: impl Read, inbox: &Inbox, place: Place) -> ! {
+pub async fn listen<const PEERS: usize>(
+    mut link: impl Read,
+    trusted: &Trusted<PEERS>,
+    inbox: &Inbox,
+    place: Place,
+) -> ! {
     let mut deframer = Deframer::new();
     let mut buffer = [0; 64];
     loop {
@@ -80,10 +110,10 @@ pub async fn listen(mut link: impl Read, inbox: &Inbox, place: Place) -> ! {
             }
         };
         for &byte in buffer.iter().take(length) {
-            let news = match deframer.push(byte) {
-                None => continue,
-                Some(Ok(frame)) => News::Frame(frame),
-                Some(Err(error)) => {
+            let Some(found) = deframer.push(byte) else { continue };
+            let news = match found.and_then(|packet| trusted.open(packet)) {
+                Ok(frame) => News::Frame(frame),
+                Err(error) => {
                     warn!("link: {}", Display2Format(&error));
                     News::Discarded(error)
                 }
@@ -94,21 +124,22 @@ pub async fn listen(mut link: impl Read, inbox: &Inbox, place: Place) -> ! {
 }
 
 /// Sends the core's messages on the link.
-pub async fn speak<const CAPACITY: usize>(
+pub async fn speak<const PEERS: usize, const CAPACITY: usize>(
     mut link: impl Write,
-    mut writer: FrameWriter,
+    trusted: &Trusted<PEERS>,
     outbox: &Outbox<CAPACITY>,
     place: Place,
 ) -> ! {
     loop {
-        let message = waiting(place, outbox.receive()).await;
-        match writer.write(message) {
+        let (to, message) = waiting(place, outbox.receive()).await;
+        match trusted.seal(to, &message) {
             Ok(frame) => {
                 if let Err(error) = waiting(place, link.write_all(&frame)).await {
                     warn!("link: {}", Debug2Format(&error));
                 }
             }
-            Err(error) => warn!("link: {}", Display2Format(&error)),
+            // It comes again once the peer was heard.
+            Err(error) => debug!("link: {}", Display2Format(&error)),
         }
     }
 }

@@ -12,7 +12,7 @@ use firmware_common::{
 use heapless::Vec;
 use protocol::{
     Ack, Availability, DeviceId, DurationMs, EndReason, Epoch, Frame, Message, Millis, Nack, PileRow,
-    PileState, Reference, TagId,
+    PileState, Recipient, Reference, TagId,
 };
 
 use crate::{
@@ -76,6 +76,15 @@ pub enum To {
     Coordinator,
     /// All other piles.
     Peers,
+}
+
+impl From<To> for Recipient {
+    fn from(to: To) -> Self {
+        match to {
+            To::Coordinator => Self::Device(DeviceId::Coordinator),
+            To::Peers => Self::Piles,
+        }
+    }
 }
 
 /// A message to send.

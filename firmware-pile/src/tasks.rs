@@ -70,7 +70,7 @@ async fn obey(
     }
     // Over a UART both the coordinator and, through it, the other piles are reached.
     for outgoing in outputs.messages {
-        if outbox.try_send(outgoing.message).is_err() {
+        if outbox.try_send((outgoing.to.into(), outgoing.message)).is_err() {
             warn!("link: too slow, a message is lost");
         }
     }

@@ -16,8 +16,8 @@ use firmware_chassis::{Chassis, Input, Messages, Motors, Parameters, plant::Plan
 use host_coordinator::chassis::recording::Speeds;
 use proptest::prelude::*;
 use protocol::{
-    BootEpoch, ChassisMode, Deframer, DeviceId, Epoch, FrameWriter, Hello, Message, Millis, PileId, RobotId,
-    StopReason,
+    BootEpoch, ChassisMode, Deframer, DeviceId, Epoch, Hello, Message, Millis, PileId, Recipient, RobotId,
+    Sessions, StopReason,
 };
 use serde_json::Value;
 
@@ -42,7 +42,8 @@ fn chassis() -> (SocketAddr, Receiver<Told>) {
         let mut chassis = Chassis::new(parameters).unwrap();
         let mut plant = Plant::new(&parameters, [0; 4]);
         let mut motors = Motors::Brake;
-        let mut writer = FrameWriter::new(DeviceId::Chassis(ROBOT), BootEpoch(0));
+        let mut sessions = Sessions::insecure(DeviceId::Chassis(ROBOT), BootEpoch(1));
+        let computer = Recipient::Device(DeviceId::Robot(ROBOT));
         let mut line: Option<(TcpStream, Deframer)> = None;
         let start = Instant::now();
         for tick in 1.. {
@@ -54,13 +55,13 @@ fn chassis() -> (SocketAddr, Receiver<Told>) {
                 line = Some((stream, Deframer::new()));
             }
             let (mut sent, mut messages) = (Vec::new(), Messages::new());
-            for frame in heard(&mut line) {
+            for frame in heard(&mut line, &mut sessions) {
                 motors = chassis.step(now, Input::Frame(&frame), &mut messages);
                 sent.extend(messages.drain(..));
             }
             motors = chassis.step(now, Input::Tick(plant.advance(motors)), &mut messages);
             for message in sent.into_iter().chain(messages) {
-                let bytes = writer.write(message).unwrap();
+                let bytes = sessions.seal(computer, &message).unwrap();
                 if let Some((stream, _)) = &mut line {
                     // A caller that hung up misses it.
                     let _ = stream.write_all(&bytes);
@@ -75,12 +76,14 @@ fn chassis() -> (SocketAddr, Receiver<Told>) {
     (address, told)
 }
 
-fn heard(line: &mut Option<(TcpStream, Deframer)>) -> Vec<protocol::Frame> {
+fn heard(line: &mut Option<(TcpStream, Deframer)>, sessions: &mut Sessions) -> Vec<protocol::Frame> {
     let mut frames = Vec::new();
     let mut buffer = [0; 1024];
     while let Some((stream, deframer)) = line {
         match stream.read(&mut buffer) {
-            Ok(length @ 1..) => deframer.feed(&buffer[..length], |found| frames.extend(found)),
+            Ok(length @ 1..) => deframer.feed(&buffer[..length], |found| {
+                frames.extend(found.and_then(|packet| sessions.open(packet)));
+            }),
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
             Ok(0) | Err(_) => *line = None,
         }
@@ -190,13 +193,15 @@ fn a_chassis_that_hangs_up_mid_drive_is_told_with_what_it_does_now() {
     let hang_up = thread::spawn(move || {
         let (mut stream, _) = listener.accept().unwrap();
         stream.write_all(&hello(DeviceId::Chassis(ROBOT), 1)).unwrap();
+        let mut sessions = Sessions::insecure(DeviceId::Chassis(ROBOT), BootEpoch(1));
         let mut deframer = Deframer::new();
         let mut buffer = [0; 512];
         let mut drives = 0;
         while drives < 2 {
             let length = stream.read(&mut buffer).unwrap();
             deframer.feed(&buffer[..length], |found| {
-                drives += usize::from(matches!(found.unwrap().message, Message::Drive(_)));
+                let frame = sessions.open(found.unwrap()).unwrap();
+                drives += usize::from(matches!(frame.message, Message::Drive(_)));
             });
         }
     });
@@ -207,7 +212,9 @@ fn a_chassis_that_hangs_up_mid_drive_is_told_with_what_it_does_now() {
 
 fn hello(sender: DeviceId, version: u8) -> Vec<u8> {
     let hello = Hello { min: version, current: version, software: [0; 3], epoch: Epoch(0) };
-    FrameWriter::new(sender, BootEpoch(0)).write(Message::Hello(hello)).unwrap().to_vec()
+    let computer = Recipient::Device(DeviceId::Robot(ROBOT));
+    let mut sessions = Sessions::insecure(sender, BootEpoch(1));
+    sessions.seal(computer, &Message::Hello(hello)).unwrap().to_vec()
 }
 
 /// Says this to the first caller and keeps its line open until it hangs up.

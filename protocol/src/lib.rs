@@ -7,8 +7,8 @@
 //! ```text
 //!  0x00 | COBS( packet ) | 0x00
 //!
-//!  packet   0        1      2        4            8          12      n-4
-//!           version  kind   number   boot epoch   sequence   body    CRC-32
+//!  packet   0        1      2        4            8          12      n-20   n-4
+//!           version  kind   number   boot epoch   sequence   body    MAC    CRC-32
 //! ```
 //!
 //! | module | one idea |
@@ -17,25 +17,36 @@
 //! | [`key`] | the secret two devices share |
 //! | [`units`] | physical quantities and times, checked when they are decoded |
 //! | [`message`] | the one table of all messages |
-//! | [`frame`] | header, CRC and COBS around a message |
-//! | [`deframer`] | finds frames in a stream of bytes, whatever else is in it |
+//! | [`frame`] | header, seal, CRC and COBS around a message |
+//! | [`deframer`] | finds packets in a stream of bytes, whatever else is in it |
+//! | [`packet`] | a frame that is intact and not yet believed |
+//! | [`auth`] | who sent it, and that it is new: keys, seals, sessions |
 //! | [`version`] | which protocol versions two devices can speak |
 //! | [`max_size`] | how large a message can get, computed from its parts |
 //! | [`limits`] | the sizes of everything else, and the intervals |
 //! | [`error`] | what can be wrong with bytes from a wire |
 //!
 //! ```
-//! use protocol::{Deframer, DeviceId, Frame, Header, Message, Millis, PileId, TimeRequest};
+//! use protocol::{
+//!     BootEpoch, Deframer, DeviceId, Epoch, Hello, Key, Message, PileId, Recipient, Session, Sessions, Trust,
+//! };
 //!
-//! let header = Header::new(DeviceId::Pile(PileId(7)), protocol::BootEpoch(3), protocol::Sequence(1));
-//! let message = Message::TimeRequest(TimeRequest { asked_at: Millis(1_000) });
-//! let bytes = Frame { header, message: message.clone() }.encode()?;
+//! // What both have, from provisioning.
+//! let key = Key::new([7; 32]);
+//! let pile = DeviceId::Pile(PileId(7));
+//! let peers = [Session::new(DeviceId::Coordinator, key)];
+//! let mut sender = Sessions::new(pile, BootEpoch(3), Trust::Keys { site: None, peers });
+//! let peers = [Session::new(pile, key)];
+//! let mut receiver = Sessions::new(DeviceId::Coordinator, BootEpoch(5), Trust::Keys { site: None, peers });
+//!
+//! let message = Message::Hello(Hello { min: 1, current: 1, software: [0, 1, 2], epoch: Epoch(300) });
+//! let bytes = sender.seal(Recipient::Device(DeviceId::Coordinator), &message)?;
 //!
 //! let mut deframer = Deframer::new();
 //! let mut received = Vec::new();
-//! deframer.feed(&bytes, |frame| received.push(frame));
-//! assert_eq!(received, [Ok(Frame { header, message })]);
-//! # Ok::<(), protocol::EncodeError>(())
+//! deframer.feed(&bytes, |found| received.push(found.and_then(|packet| receiver.open(packet))));
+//! assert!(matches!(&received[..], [Ok(frame)] if frame.header.sender == pile && frame.message == message));
+//! # Ok::<(), protocol::SealError>(())
 //! ```
 //!
 //! # Sizing
@@ -79,9 +90,10 @@
 //! |---|---|
 //! | header | 12 |
 //! | largest body | 242 |
+//! | MAC | 16 |
 //! | check | 4 |
-//! | largest packet | 258 |
-//! | largest frame | 262 |
+//! | largest packet | 274 |
+//! | largest frame | 278 |
 //!
 //! A [`Deframer`] holds one frame and nothing else; encoding takes a packet and a frame of stack.
 //!
@@ -90,6 +102,7 @@
 //! client, also in another language, see the book's page on the wire protocol.
 #![no_std]
 
+pub mod auth;
 pub mod deframer;
 pub mod error;
 pub mod frame;
@@ -98,16 +111,19 @@ pub mod key;
 pub mod limits;
 pub mod max_size;
 pub mod message;
+pub mod packet;
 pub mod units;
 pub mod version;
 
+pub use auth::{Recipient, Session, Sessions, Trust};
 pub use deframer::Deframer;
-pub use error::{EncodeError, FrameError};
-pub use frame::{Frame, FrameBytes, FrameWriter, Header};
+pub use error::{EncodeError, FrameError, SealError};
+pub use frame::{Frame, FrameBytes, Header};
 pub use ids::*;
 pub use key::Key;
 pub use max_size::MaxSize;
 pub use message::*;
+pub use packet::Packet;
 pub use units::*;
 
 /// The book's page is kept true: its examples are compiled and run with the crate's.

@@ -3,7 +3,7 @@
 //! Nothing here is a guess: how many rows fit a message is chosen, and every size follows from it
 //! by [`MaxSize`]. A test compares the sizes with those printed in the [crate's docs](crate).
 
-use crate::{max_size::MaxSize, message::Message, units::DurationMs};
+use crate::{auth::seal, max_size::MaxSize, message::Message, units::DurationMs};
 
 /// Rows of the pile table in one frame.
 pub const ROWS_PER_TABLE: usize = 8;
@@ -21,8 +21,10 @@ pub const HEADER: usize = 12;
 pub const CHECK: usize = 4;
 /// Bytes of the largest message body.
 pub const BODY: usize = Message::MAX_SIZE;
-/// Bytes of a frame before COBS.
-pub const PACKET: usize = HEADER + BODY + CHECK;
+/// Bytes of a sealed frame's MAC.
+pub const MAC: usize = seal::MAC;
+/// Bytes of a sealed frame before COBS.
+pub const PACKET: usize = HEADER + BODY + MAC + CHECK;
 /// Bytes between two delimiters: COBS adds one, and one for each 254 bytes.
 pub const ENCODED: usize = PACKET + PACKET / 254 + 1;
 /// Bytes of a frame on the wire, both delimiters included.

@@ -10,9 +10,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use protocol::{
-    Ack, BootEpoch, ChassisState, CommandId, Deframer, DeviceId, Drive, DurationMs, FrameBytes, FrameWriter,
-    Hello, Message, Nack, NackReason, Odometry, PassCount, Reference, Release, RobotId, SiteMillis, SpeedMps,
-    Stop, TimeSync, TurnRateRadps, Twist,
+    Ack, BootEpoch, ChassisState, CommandId, Deframer, DeviceId, Drive, DurationMs, FrameBytes, Hello,
+    Message, Nack, NackReason, Odometry, PassCount, Recipient, Reference, Release, RobotId, Sessions,
+    SiteMillis, SpeedMps, Stop, TimeSync, TurnRateRadps, Twist,
 };
 
 use crate::emulator::{Emulator, Serial};
@@ -40,7 +40,7 @@ pub struct ChassisBench {
     link: TcpStream,
     bench: BufReader<TcpStream>,
     deframer: Deframer,
-    writer: FrameWriter,
+    sessions: Sessions,
     command: u32,
     answers: Vec<(CommandId, Result<(), NackReason>)>,
     odometry: Vec<Odometry>,
@@ -103,7 +103,7 @@ impl ChassisBench {
             link,
             bench,
             deframer: Deframer::new(),
-            writer: FrameWriter::new(DeviceId::Robot(ROBOT), BootEpoch(1)),
+            sessions: Sessions::insecure(DeviceId::Robot(ROBOT), BootEpoch(1)),
             command: 0,
             answers: Vec::new(),
             odometry: Vec::new(),
@@ -256,7 +256,7 @@ impl ChassisBench {
     /// # Errors
     /// If it does not fit.
     pub fn frame(&mut self, message: Message) -> io::Result<FrameBytes> {
-        self.writer.write(message).map_err(io::Error::other)
+        self.sessions.seal(Recipient::Device(DeviceId::Chassis(ROBOT)), &message).map_err(io::Error::other)
     }
 
     /// Sends bytes.
@@ -308,9 +308,11 @@ impl ChassisBench {
         };
         let mut messages = Vec::new();
         let mut damaged = None;
-        self.deframer.feed(buffer.get(..length).unwrap_or_default(), |frame| match frame {
-            Ok(frame) => messages.push(frame.message),
-            Err(error) => damaged = Some(error),
+        self.deframer.feed(buffer.get(..length).unwrap_or_default(), |found| {
+            match found.and_then(|packet| self.sessions.open(packet)) {
+                Ok(frame) => messages.push(frame.message),
+                Err(error) => damaged = Some(error),
+            }
         });
         // A reset cuts the frame that was under way.
         if let Some(error) = damaged {

@@ -15,8 +15,8 @@ use firmware_common::emulated::{
 };
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
-use firmware_common::tasks::{self as common, Inbox, Outbox};
-use protocol::{DeviceId, FrameWriter};
+use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
+use protocol::{DeviceId, Sessions};
 
 static INBOX: Inbox = Inbox::new();
 static OUTBOX: Outbox<{ tasks::OUTBOX }> = Outbox::new();
@@ -34,6 +34,12 @@ fn main() -> ! {
         Ok(chassis) => chassis,
         Err(error) => defmt::panic!("{}", defmt::Display2Format(&error)),
     };
+    // The line to the robot's computer does not leave the robot.
+    let sessions = Sessions::insecure(DeviceId::Chassis(parameters.robot), parameters.boot);
+    let Some(trusted) = cortex_m::singleton!(: Trusted<0> = Trusted::new(sessions)) else {
+        defmt::panic!("the board has been taken before");
+    };
+    let trusted: &'static Trusted<0> = trusted;
     let [controlling, listening, speaking, watching, serving] = ROLL.places();
     defmt::info!("chassis of robot {} in its start {}", parameters.robot.0, parameters.boot.0);
     execute_above(|spawner| {
@@ -41,8 +47,8 @@ fn main() -> ! {
     });
     execute(|spawner| {
         spawner.spawn(defmt::unwrap!(supervise(watchdog)));
-        spawner.spawn(defmt::unwrap!(listen(receiver, listening)));
-        spawner.spawn(defmt::unwrap!(speak(sender, parameters, speaking)));
+        spawner.spawn(defmt::unwrap!(listen(receiver, trusted, listening)));
+        spawner.spawn(defmt::unwrap!(speak(sender, trusted, speaking)));
         spawner.spawn(defmt::unwrap!(watch(reader, watching)));
         spawner.spawn(defmt::unwrap!(serve(bench, serving)));
     })
@@ -59,14 +65,13 @@ async fn supervise(watchdog: EmulatedWatchdog) {
 }
 
 #[embassy_executor::task]
-async fn listen(link: UartReceiver, place: Place) {
-    common::listen(link, &INBOX, place).await
+async fn listen(link: UartReceiver, trusted: &'static Trusted<0>, place: Place) {
+    common::listen(link, trusted, &INBOX, place).await
 }
 
 #[embassy_executor::task]
-async fn speak(link: UartSender, parameters: Parameters, place: Place) {
-    let writer = FrameWriter::new(DeviceId::Chassis(parameters.robot), parameters.boot);
-    common::speak(link, writer, &OUTBOX, place).await
+async fn speak(link: UartSender, trusted: &'static Trusted<0>, place: Place) {
+    common::speak(link, trusted, &OUTBOX, place).await
 }
 
 #[embassy_executor::task]

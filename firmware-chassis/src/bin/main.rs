@@ -16,8 +16,8 @@ use firmware_chassis::board::stm32::{Board, HardwareBody, HardwareWatchdog};
 use firmware_chassis::{Chassis, Parameters, tasks};
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
-use firmware_common::tasks::{self as common, Inbox, Outbox};
-use protocol::{DeviceId, FrameWriter};
+use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
+use protocol::{DeviceId, Sessions};
 
 static INBOX: Inbox = Inbox::new();
 static OUTBOX: Outbox<{ tasks::OUTBOX }> = Outbox::new();
@@ -42,6 +42,12 @@ fn main() -> ! {
         Ok(chassis) => chassis,
         Err(error) => defmt::panic!("{}", defmt::Display2Format(&error)),
     };
+    // The line to the robot's computer does not leave the robot.
+    let sessions = Sessions::insecure(DeviceId::Chassis(parameters.robot), parameters.boot);
+    let Some(trusted) = cortex_m::singleton!(: Trusted<0> = Trusted::new(sessions)) else {
+        defmt::panic!("the board has been taken before");
+    };
+    let trusted: &'static Trusted<0> = trusted;
     let [controlling, listening, speaking, watching] = ROLL.places();
     defmt::info!("chassis of robot {} in its start {}", parameters.robot.0, parameters.boot.0);
     let Some(executor) = cortex_m::singleton!(: Executor = Executor::new()) else {
@@ -51,8 +57,8 @@ fn main() -> ! {
     CONTROL.start(interrupt::CAN1_TX).spawn(defmt::unwrap!(control(chassis, body, controlling)));
     executor.run(|spawner| {
         spawner.spawn(defmt::unwrap!(supervise(watchdog)));
-        spawner.spawn(defmt::unwrap!(listen(link_rx, listening)));
-        spawner.spawn(defmt::unwrap!(speak(link_tx, parameters, speaking)));
+        spawner.spawn(defmt::unwrap!(listen(link_rx, trusted, listening)));
+        spawner.spawn(defmt::unwrap!(speak(link_tx, trusted, speaking)));
         spawner.spawn(defmt::unwrap!(watch(reader, watching)));
     })
 }
@@ -68,14 +74,13 @@ async fn supervise(watchdog: HardwareWatchdog) {
 }
 
 #[embassy_executor::task]
-async fn listen(link: BufferedUartRx<'static>, place: Place) {
-    common::listen(link, &INBOX, place).await
+async fn listen(link: BufferedUartRx<'static>, trusted: &'static Trusted<0>, place: Place) {
+    common::listen(link, trusted, &INBOX, place).await
 }
 
 #[embassy_executor::task]
-async fn speak(link: BufferedUartTx<'static>, parameters: Parameters, place: Place) {
-    let writer = FrameWriter::new(DeviceId::Chassis(parameters.robot), parameters.boot);
-    common::speak(link, writer, &OUTBOX, place).await
+async fn speak(link: BufferedUartTx<'static>, trusted: &'static Trusted<0>, place: Place) {
+    common::speak(link, trusted, &OUTBOX, place).await
 }
 
 #[embassy_executor::task]

@@ -46,7 +46,8 @@ fn a_nan_cannot_be_said_and_if_it_is_sent_nothing_moves() {
     bytes.push(0);
 
     let mut deframer = Deframer::new();
-    deframer.feed(&bytes, |found| match found {
+    let mut sessions = Sessions::insecure(DeviceId::Chassis(ROBOT.robot), BootEpoch(1));
+    deframer.feed(&bytes, |found| match found.and_then(|packet| sessions.open(packet)) {
         Ok(frame) => panic!("{frame:?}"),
         Err(error) => {
             assert_eq!(error, FrameError::Body);

@@ -85,12 +85,14 @@ fn check(bench: &Bench, before: WheelSpeeds, outputs: &Outputs) {
 /// What goes out can be read again, which no NaN and nothing out of range can.
 fn check_messages(messages: &[Message]) {
     assert!(messages.len() < firmware_chassis::chassis::MESSAGES_PER_STEP + 1);
-    let mut writer = FrameWriter::new(DeviceId::Chassis(ROBOT.robot), BootEpoch(0));
+    let mut sessions = Sessions::insecure(DeviceId::Chassis(ROBOT.robot), BootEpoch(1));
+    let computer = Recipient::Device(DeviceId::Robot(ROBOT.robot));
     let mut deframer = Deframer::new();
     for message in messages {
         let mut found = 0;
-        deframer.feed(&writer.write(message.clone()).unwrap(), |frame| {
-            assert_eq!(&frame.unwrap().message, message);
+        let bytes = sessions.seal(computer, message).unwrap();
+        deframer.feed(&bytes, |packet| {
+            assert_eq!(&sessions.open(packet.unwrap()).unwrap().message, message);
             found += 1;
         });
         assert_eq!(found, 1);

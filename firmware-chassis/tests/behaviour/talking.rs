@@ -57,12 +57,13 @@ fn commanded_ramped_and_measured_velocity_are_told_side_by_side() {
 fn every_message_of_a_drive_survives_the_wire() {
     let mut bench = Bench::new();
     bench.keep_driving(Velocity::new(0.4, -0.2, 1.0), 1.0, |_| {});
-    let mut writer = FrameWriter::new(DeviceId::Chassis(RobotId(7)), BootEpoch(0));
+    let mut sessions = Sessions::insecure(DeviceId::Chassis(RobotId(7)), BootEpoch(1));
+    let computer = Recipient::Device(DeviceId::Robot(RobotId(7)));
     let mut deframer = Deframer::new();
     for message in bench.sent {
-        let bytes = writer.write(message.clone()).unwrap();
+        let bytes = sessions.seal(computer, &message).unwrap();
         let mut found = Vec::new();
-        deframer.feed(&bytes, |frame| found.push(frame.unwrap().message));
+        deframer.feed(&bytes, |packet| found.push(sessions.open(packet.unwrap()).unwrap().message));
         assert_eq!(found, [message]);
     }
 }

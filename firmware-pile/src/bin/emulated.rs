@@ -13,11 +13,11 @@ use firmware_common::emulated::{
 };
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
-use firmware_common::tasks::{self as common, Inbox, Outbox};
+use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
 use firmware_pile::board::emulated::{LoggedContactor, VolatileMemory};
 use firmware_pile::tasks;
 use firmware_pile::{ChargingPile, Parameters};
-use protocol::{DeviceId, FrameWriter, PileId};
+use protocol::{DeviceId, PileId, Sessions};
 
 const PILE: PileId = PileId(match option_env!("CHARGEHAND_PILE_ID") {
     None => 1,
@@ -41,12 +41,18 @@ fn main() -> ! {
     };
     let (receiver, sender) = link.split();
     let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
+    defmt::warn!("INSECURE: this image has no keys and believes whoever can reach its link");
+    let sessions = Sessions::insecure(DeviceId::Pile(parameters.pile), parameters.boot);
+    let Some(trusted) = cortex_m::singleton!(: Trusted<0> = Trusted::new(sessions)) else {
+        defmt::panic!("the machine has been taken before");
+    };
+    let trusted: &'static Trusted<0> = trusted;
     let [listening, speaking, watching, running] = ROLL.places();
     defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
     execute(|spawner| {
         spawner.spawn(defmt::unwrap!(supervise(watchdog)));
-        spawner.spawn(defmt::unwrap!(listen(receiver, listening)));
-        spawner.spawn(defmt::unwrap!(speak(sender, parameters, speaking)));
+        spawner.spawn(defmt::unwrap!(listen(receiver, trusted, listening)));
+        spawner.spawn(defmt::unwrap!(speak(sender, trusted, speaking)));
         spawner.spawn(defmt::unwrap!(watch(reader, watching)));
         spawner.spawn(defmt::unwrap!(run(parameters, running)));
     })
@@ -58,14 +64,13 @@ async fn supervise(watchdog: EmulatedWatchdog) {
 }
 
 #[embassy_executor::task]
-async fn listen(link: UartReceiver, place: Place) {
-    common::listen(link, &INBOX, place).await
+async fn listen(link: UartReceiver, trusted: &'static Trusted<0>, place: Place) {
+    common::listen(link, trusted, &INBOX, place).await
 }
 
 #[embassy_executor::task]
-async fn speak(link: UartSender, parameters: Parameters, place: Place) {
-    let writer = FrameWriter::new(DeviceId::Pile(parameters.pile), parameters.boot);
-    common::speak(link, writer, &OUTBOX, place).await
+async fn speak(link: UartSender, trusted: &'static Trusted<0>, place: Place) {
+    common::speak(link, trusted, &OUTBOX, place).await
 }
 
 #[embassy_executor::task]

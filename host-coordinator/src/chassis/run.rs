@@ -5,7 +5,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use protocol::{BootEpoch, Deframer, DeviceId, DurationMs, FrameWriter, Message, Millis, limits};
+use protocol::{BootEpoch, Deframer, DeviceId, DurationMs, Millis, Recipient, Sessions, limits};
 use tokio::{
     io::{AsyncReadExt as _, AsyncWriteExt as _},
     time::{self, MissedTickBehavior},
@@ -57,7 +57,10 @@ pub async fn run(
     hear: &mut Hear<'_>,
 ) -> Result<(), RunError> {
     let start = Instant::now();
-    let mut writer = None;
+    // The line to a chassis is one inside the robot: it has no keys. Who this side speaks as turns out
+    // when the chassis is heard.
+    let mut hearing = Sessions::insecure(DeviceId::Coordinator, boot);
+    let mut speaking = None;
     let mut deframer = Deframer::new();
     let mut buffer = [0; 2048];
     let mut ticks = time::interval(TICK);
@@ -79,6 +82,7 @@ pub async fn run(
                     other => other,
                 }.map_err(|error| lost(session, error))?;
                 deframer.feed(buffer.get(..length).unwrap_or_default(), |found| {
+                    let found = found.and_then(|packet| hearing.open(packet));
                     inputs.push(found.map_or_else(Input::Discarded, Input::Frame));
                 });
             }
@@ -90,18 +94,21 @@ pub async fn run(
                 hear(session, heard).map_err(RunError::Hearing)?;
             }
             let Some(robot) = session.robot() else { continue };
-            let writer = writer.get_or_insert_with(|| FrameWriter::new(DeviceId::Robot(robot), boot));
+            let speaking = speaking.get_or_insert_with(|| Sessions::insecure(DeviceId::Robot(robot), boot));
             for message in send {
-                write(line, writer, message).await.map_err(|error| lost(session, error))?;
+                let chassis = Recipient::Device(DeviceId::Chassis(robot));
+                let bytes = speaking
+                    .seal(chassis, &message)
+                    .map_err(|error| lost(session, io::Error::other(error)))?;
+                write(line, &bytes).await.map_err(|error| lost(session, error))?;
             }
         }
     }
     Ok(())
 }
 
-async fn write(line: &mut dyn Line, writer: &mut FrameWriter, message: Message) -> io::Result<()> {
-    let bytes = writer.write(message).map_err(io::Error::other)?;
-    time::timeout(STUCK, line.write_all(&bytes)).await?
+async fn write(line: &mut dyn Line, bytes: &[u8]) -> io::Result<()> {
+    time::timeout(STUCK, line.write_all(bytes)).await?
 }
 
 fn lost(session: &Session, error: io::Error) -> RunError {

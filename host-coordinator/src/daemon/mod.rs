@@ -36,7 +36,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use protocol::{BootEpoch, DeviceId, DurationMs};
+use protocol::{BootEpoch, DeviceId, DurationMs, Sessions, Trust};
 use tokio::{
     net::{TcpListener, UdpSocket},
     sync::{mpsc, oneshot, watch},
@@ -135,9 +135,10 @@ impl Daemon {
         let known: BTreeSet<_> = piles.chain(robots).collect();
         // Epochs grow with every start, as boot epochs must.
         let boot = BootEpoch(engine.coordinator().state().epoch.0);
+        let sessions = Sessions::new(DeviceId::Coordinator, boot, Trust::Insecure);
         let (inputs, inbox) = mpsc::channel(INBOX);
         let (links, mut tasks) =
-            links::start(sockets, known, &config.connect, boot, inputs.clone(), warnings);
+            links::start(sockets, known, sessions, &config.connect, inputs.clone(), warnings);
 
         let (publish, view) = watch::channel(Arc::new(engine.view(clock.now())));
         if let Some(http) = http {
@@ -232,7 +233,7 @@ impl Shell {
     /// Runs until the tasks that bring inputs are gone.
     fn run(mut self) {
         let links = Arc::clone(&self.links);
-        let mut send = |to, message| links.send(to, message);
+        let mut send = |to, message| links.send(to, &message);
         while let Some(first) = self.inbox.blocking_recv() {
             self.engine.take(self.clock.now(), first, &mut send);
             for _ in 1..BATCH {

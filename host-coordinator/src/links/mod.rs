@@ -18,7 +18,7 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use protocol::{BootEpoch, DeviceId, Frame, FrameBytes, FrameError, FrameWriter, Message, PileId};
+use protocol::{DeviceId, FrameBytes, FrameError, Message, Packet, PileId, Recipient, Session, Sessions};
 use tokio::{
     net::{TcpListener, UdpSocket},
     sync::mpsc,
@@ -40,7 +40,7 @@ pub struct Sockets {
 #[derive(Debug)]
 pub struct Links {
     peers: Mutex<BTreeMap<DeviceId, Peer>>,
-    writer: Mutex<FrameWriter>,
+    sessions: Mutex<Sessions<Vec<Session>>>,
     udp: UdpSocket,
     warnings: Warnings,
 }
@@ -61,19 +61,19 @@ enum Peer {
 }
 
 /// Starts to listen, and to call the piles in `connect`. Frames of the `known` devices go to
-/// `inputs`. `boot` counts the coordinator's starts. The tasks end with the set, and with them
+/// `inputs`. The tasks end with the set, and with them
 /// the last sender of `inputs` that is here.
 pub fn start(
     sockets: Sockets,
     known: BTreeSet<DeviceId>,
+    sessions: Sessions<Vec<Session>>,
     connect: &[(PileId, SocketAddr)],
-    boot: BootEpoch,
     inputs: mpsc::Sender<Input>,
     warnings: Warnings,
 ) -> (Arc<Links>, JoinSet<()>) {
     let links = Arc::new(Links {
         peers: Mutex::default(),
-        writer: Mutex::new(FrameWriter::new(DeviceId::Coordinator, boot)),
+        sessions: Mutex::new(sessions),
         udp: sockets.udp,
         warnings,
     });
@@ -89,10 +89,14 @@ pub fn start(
 
 impl Links {
     /// Sends a message if the device was heard since the start. Never waits.
-    pub fn send(&self, to: DeviceId, message: Message) {
+    pub fn send(&self, to: DeviceId, message: &Message) {
+        self.transmit(to, Recipient::Device(to), message);
+    }
+
+    fn transmit(&self, to: DeviceId, sealed_for: Recipient, message: &Message) {
         let Some(peer) = lock(&self.peers).get(&to).cloned() else { return };
-        // The limits of the protocol's messages prove that every one fits a frame.
-        let Ok(bytes) = lock(&self.writer).write(message) else { return };
+        // To who was not heard yet nothing is said but Hello; it comes again.
+        let Ok(bytes) = lock(&self.sessions).seal(sealed_for, message) else { return };
         match peer {
             Peer::Udp(address) => self.send_datagram(to, address, &bytes),
             Peer::Tcp(connection) => {
@@ -121,16 +125,17 @@ impl Links {
         };
         let others: Vec<_> = lock(&self.peers).iter().filter(hears).map(|(device, _)| *device).collect();
         for pile in others {
-            self.send(pile, gossip.clone());
+            self.transmit(pile, Recipient::Piles, gossip);
         }
     }
 }
 
 impl Inbound {
     /// Takes a frame, or what was none, from a peer. Gives it back if the coordinator is busy.
-    fn take(&self, from: &Peer, address: SocketAddr, found: Result<Frame, FrameError>) -> Option<Input> {
+    fn take(&self, from: &Peer, address: SocketAddr, found: Result<Packet<'_>, FrameError>) -> Option<Input> {
         let warnings = &self.links.warnings;
-        let frame = match found {
+        let opened = found.and_then(|packet| lock(&self.links.sessions).open(packet));
+        let frame = match opened {
             Ok(frame) => frame,
             Err(error) => {
                 warnings.note(format!("from {address}: {error}"));

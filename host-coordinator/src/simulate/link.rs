@@ -5,7 +5,7 @@ use std::{
     net::{Ipv4Addr, SocketAddr},
 };
 
-use protocol::{BootEpoch, Deframer, DeviceId, Frame, FrameWriter, Message, limits};
+use protocol::{BootEpoch, Deframer, DeviceId, Frame, Message, Recipient, Sessions, limits};
 use tokio::net::UdpSocket;
 
 /// More frames than this in one step are left for the next.
@@ -15,7 +15,7 @@ const FRAMES_PER_STEP: usize = 64;
 #[derive(Debug)]
 pub struct Link {
     socket: UdpSocket,
-    writer: FrameWriter,
+    sessions: Sessions,
 }
 
 impl Link {
@@ -25,7 +25,7 @@ impl Link {
     /// What the operating system says.
     pub async fn bind(device: DeviceId) -> io::Result<Self> {
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).await?;
-        Ok(Self { socket, writer: FrameWriter::new(device, BootEpoch(1)) })
+        Ok(Self { socket, sessions: Sessions::insecure(device, BootEpoch(1)) })
     }
 
     /// Where the device can be reached.
@@ -36,12 +36,17 @@ impl Link {
         self.socket.local_addr()
     }
 
-    /// Sends one frame to each of `to`. Like any datagram it may be lost; whoever sent it repeats
-    /// what matters.
-    pub fn send(&mut self, message: Message, to: impl IntoIterator<Item = SocketAddr>) {
-        // `limits` proves that every message fits.
-        let Ok(bytes) = self.writer.write(message) else { return };
-        for address in to {
+    /// Sends one frame for `to` to each of `addresses`. Like any datagram it may be lost; whoever
+    /// sent it repeats what matters.
+    pub fn send(
+        &mut self,
+        to: Recipient,
+        message: &Message,
+        addresses: impl IntoIterator<Item = SocketAddr>,
+    ) {
+        // To who was not heard yet nothing is said but Hello.
+        let Ok(bytes) = self.sessions.seal(to, message) else { return };
+        for address in addresses {
             if let Err(error) = self.socket.try_send_to(&bytes, address) {
                 tracing::debug!(%address, %error, "a datagram was not sent");
             }
@@ -49,14 +54,16 @@ impl Link {
     }
 
     /// The frames that have come; what is none is dropped.
-    pub fn received(&self) -> Vec<Frame> {
+    pub fn received(&mut self) -> Vec<Frame> {
         let mut frames = Vec::new();
         let mut datagram = [0; 2 * limits::FRAME];
         while frames.len() < FRAMES_PER_STEP {
             // Nothing more, or an error that loopback reports for a peer that is gone.
             let Ok((length, _)) = self.socket.try_recv_from(&mut datagram) else { break };
             let bytes = datagram.get(..length).unwrap_or_default();
-            Deframer::new().feed(bytes, |frame| frames.extend(frame.ok()));
+            Deframer::new().feed(bytes, |found| {
+                frames.extend(found.and_then(|packet| self.sessions.open(packet)).ok());
+            });
         }
         frames
     }

@@ -1,7 +1,7 @@
 //! A simulated pile: the real firmware core between its own socket and the world's reader field
 //! and contacts.
 
-use std::{io, net::SocketAddr};
+use std::{io, net::SocketAddr, slice};
 
 use firmware_pile::{ChargingPile, Contactor, Input, Outputs, Parameters, TagRead, To};
 use protocol::{DeviceId, Message, Millis, PileState, TagId};
@@ -78,10 +78,11 @@ impl PileNode {
             if let Message::PileState(state) = &outgoing.message {
                 self.said = Some(*state);
             }
-            match outgoing.to {
-                To::Coordinator => self.link.send(outgoing.message, [self.coordinator]),
-                To::Peers => self.link.send(outgoing.message, self.peers.iter().copied()),
-            }
+            let addresses = match outgoing.to {
+                To::Coordinator => slice::from_ref(&self.coordinator),
+                To::Peers => &self.peers,
+            };
+            self.link.send(outgoing.to.into(), &outgoing.message, addresses.iter().copied());
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::{io, net::SocketAddr};
 
-use protocol::{DeviceId, Message, Millis, RobotId, TimeRequest};
+use protocol::{DeviceId, Message, Millis, Recipient, RobotId, TimeRequest};
 
 use super::{
     link::Link,
@@ -44,13 +44,17 @@ impl RobotNode {
             body.route = route;
         }
         for message in outputs.messages {
-            self.link.send(message, [self.coordinator]);
+            self.say(&message);
         }
     }
 
     /// Asks the coordinator for the time.
     pub fn ask_time(&mut self, now: Millis) {
-        self.link.send(Message::TimeRequest(TimeRequest { asked_at: now }), [self.coordinator]);
+        self.say(&Message::TimeRequest(TimeRequest { asked_at: now }));
+    }
+
+    fn say(&mut self, message: &Message) {
+        self.link.send(Recipient::Device(DeviceId::Coordinator), message, [self.coordinator]);
     }
 
     /// Reads the socket without letting time pass. Answers the newest question for the time that

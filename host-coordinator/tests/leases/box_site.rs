@@ -17,8 +17,8 @@ use host_coordinator::{
 };
 use protocol::{
     Activity, Assignment, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Epoch, Frame,
-    FrameWriter, Message, Millis, PileId, Position, RequestId, RobotId, RobotState, SiteMillis, TagId,
-    limits,
+    Message, Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState, Sessions, SiteMillis,
+    TagId, limits,
 };
 
 const STEP_MS: u64 = 100;
@@ -72,7 +72,7 @@ pub struct Trouble {
 
 struct Pile {
     core: ChargingPile,
-    writer: FrameWriter,
+    sessions: Sessions,
     boot: BootEpoch,
     stored_epoch: Epoch,
     started: u64,
@@ -89,7 +89,7 @@ enum Mode {
 
 struct Robot {
     config: RobotConfig,
-    writer: FrameWriter,
+    sessions: Sessions,
     mode: Mode,
     energy: f32,
     position: Position,
@@ -108,7 +108,7 @@ pub struct BoxSite {
     pub crashes: u32,
     site: Arc<Site>,
     policy: Policy,
-    writer: FrameWriter,
+    sessions: Sessions,
     piles: BTreeMap<PileId, Pile>,
     robots: BTreeMap<RobotId, Robot>,
     /// Frames on their way, by arrival.
@@ -134,7 +134,7 @@ impl BoxSite {
                 let cell = free[random.below(free.len() as u64) as usize];
                 let robot = Robot {
                     config: RobotConfig { id, tag, full, energy_per_metre_j: PER_METRE_J },
-                    writer: FrameWriter::new(DeviceId::Robot(id), BootEpoch(1)),
+                    sessions: Sessions::insecure(DeviceId::Robot(id), BootEpoch(1)),
                     mode: Mode::Working,
                     energy: FULL_J * (0.3 + random.below(60) as f32 / 100.0),
                     position: site.position(cell),
@@ -161,7 +161,7 @@ impl BoxSite {
             crashes: 0,
             site,
             policy,
-            writer: FrameWriter::new(DeviceId::Coordinator, BootEpoch(0)),
+            sessions: Sessions::insecure(DeviceId::Coordinator, BootEpoch(0)),
             piles,
             robots,
             wire: BTreeMap::new(),
@@ -177,7 +177,7 @@ impl BoxSite {
         self.coordinator = Coordinator::recover(Arc::clone(&self.site), self.policy, &configs, &self.log);
         self.coordinate(Input::Started);
         let boot = BootEpoch(self.coordinator.state().epoch.0);
-        self.writer = FrameWriter::new(DeviceId::Coordinator, boot);
+        self.sessions = Sessions::insecure(DeviceId::Coordinator, boot);
     }
 
     /// A crash: everything but the log is lost, and the leases are the same after it.
@@ -196,7 +196,7 @@ impl BoxSite {
         self.log.extend(step.events);
         for effect in step.effects {
             if let Effect::Send { to, message } = effect {
-                let bytes = self.writer.write(message).unwrap();
+                let bytes = self.sessions.seal(Recipient::Device(to), &message).unwrap();
                 self.post(to, bytes.to_vec());
             }
         }
@@ -231,14 +231,24 @@ impl BoxSite {
         }
     }
 
+    fn opened(&mut self, receiver: DeviceId, bytes: &[u8]) -> Vec<Frame> {
+        let sessions = match receiver {
+            DeviceId::Coordinator => &mut self.sessions,
+            DeviceId::Pile(pile) => &mut self.piles.get_mut(&pile).unwrap().sessions,
+            DeviceId::Robot(robot) => &mut self.robots.get_mut(&robot).unwrap().sessions,
+            stranger => panic!("the coordinator talks to {stranger}"),
+        };
+        let mut frames = Vec::new();
+        Deframer::new().feed(bytes, |packet| frames.push(sessions.open(packet.unwrap()).unwrap()));
+        frames
+    }
+
     fn deliver(&mut self) {
         while let Some(entry) = self.wire.first_entry()
             && entry.key().0 <= self.now
         {
             let (to, bytes) = entry.remove();
-            let mut frames = Vec::new();
-            Deframer::new().feed(&bytes, |frame| frames.push(frame.unwrap()));
-            for frame in frames {
+            for frame in self.opened(to, &bytes) {
                 match to {
                     DeviceId::Coordinator => self.coordinate(Input::Frame(frame)),
                     DeviceId::Pile(pile) => self.step_pile(pile, PileInput::Frame(&frame)),
@@ -295,7 +305,7 @@ impl BoxSite {
                 To::Coordinator => vec![DeviceId::Coordinator],
                 To::Peers => continue,
             };
-            let bytes = pile.writer.write(outgoing.message).unwrap();
+            let bytes = pile.sessions.seal(outgoing.to.into(), &outgoing.message).unwrap();
             post.extend(to.into_iter().map(|to| (to, bytes.to_vec())));
         }
         post.into_iter().for_each(|(to, bytes)| self.post(to, bytes));
@@ -365,7 +375,13 @@ impl BoxSite {
             if changed || now >= robot.say_at {
                 robot.say_at = now + u64::from(limits::STATE_INTERVAL.0);
                 for message in robot.talk() {
-                    bytes.push(robot.writer.write(message).unwrap().to_vec());
+                    bytes.push(
+                        robot
+                            .sessions
+                            .seal(Recipient::Device(DeviceId::Coordinator), &message)
+                            .unwrap()
+                            .to_vec(),
+                    );
                 }
             }
             bytes.into_iter().for_each(|bytes| self.post(DeviceId::Coordinator, bytes));
@@ -448,7 +464,7 @@ impl Pile {
         let parameters = Parameters { boot, highest_epoch, ..Parameters::new(id, POWER_W) };
         Self {
             core: ChargingPile::new(parameters),
-            writer: FrameWriter::new(DeviceId::Pile(id), boot),
+            sessions: Sessions::insecure(DeviceId::Pile(id), boot),
             boot,
             stored_epoch: highest_epoch,
             started,

@@ -16,7 +16,7 @@ use host_coordinator::{
     site::Site,
 };
 use protocol::{
-    BootEpoch, Deframer, DeviceId, Frame, FrameWriter, Message, Millis, PileId, RobotId, SiteMillis,
+    BootEpoch, Deframer, DeviceId, Frame, Message, Millis, PileId, Recipient, RobotId, Sessions, SiteMillis,
 };
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -25,6 +25,7 @@ use tokio::{
 };
 
 const SPEED: f64 = 10.0;
+const COORDINATOR: Recipient = Recipient::Device(DeviceId::Coordinator);
 
 fn config(folder: &Path) -> Config {
     let any: SocketAddr = "127.0.0.1:0".parse().unwrap();
@@ -77,10 +78,10 @@ async fn strangers_and_noise_are_refused_and_named() {
     let folder = tempfile::tempdir().unwrap();
     let (daemon, _) = start(folder.path()).await;
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    let mut stranger = FrameWriter::new(DeviceId::Pile(PileId(99)), BootEpoch(1));
+    let mut stranger = Sessions::insecure(DeviceId::Pile(PileId(99)), BootEpoch(1));
     let hello =
         Message::Hello(protocol::Hello { min: 1, current: 1, software: [0; 3], epoch: protocol::Epoch(9) });
-    socket.send_to(&stranger.write(hello.clone()).unwrap(), daemon.addresses().udp).unwrap();
+    socket.send_to(&stranger.seal(COORDINATOR, &hello).unwrap(), daemon.addresses().udp).unwrap();
     let mut late = Frame {
         header: protocol::Header::new(DeviceId::Pile(PileId(1)), BootEpoch(1), protocol::Sequence(0)),
         message: Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(1) }),
@@ -106,8 +107,8 @@ async fn gossip_crosses_from_tcp_to_udp_and_back() {
     let mut stream = TcpStream::connect(daemon.addresses().tcp).await.unwrap();
     let socket = tokio::net::UdpSocket::bind("127.0.0.1:0").await.unwrap();
     socket.connect(daemon.addresses().udp).await.unwrap();
-    let mut by_tcp = FrameWriter::new(DeviceId::Pile(PileId(1)), BootEpoch(1));
-    let mut by_udp = FrameWriter::new(DeviceId::Pile(PileId(2)), BootEpoch(1));
+    let mut by_tcp = Sessions::insecure(DeviceId::Pile(PileId(1)), BootEpoch(1));
+    let mut by_udp = Sessions::insecure(DeviceId::Pile(PileId(2)), BootEpoch(1));
     let gossip = |pile| {
         let row = ChargingPile::new(Parameters::new(PileId(pile), 1.0)).row();
         Message::PileTable(protocol::PileTable { rows: [row].into_iter().collect() })
@@ -117,14 +118,14 @@ async fn gossip_crosses_from_tcp_to_udp_and_back() {
     let (mut stream_buffer, mut buffer) = ([0; 2048], [0; 2048]);
     let exchange = async {
         while tcp_heard.is_empty() || udp_heard.is_empty() {
-            stream.write_all(&by_tcp.write(gossip(1)).unwrap()).await.unwrap();
-            socket.send(&by_udp.write(gossip(2)).unwrap()).await.unwrap();
+            stream.write_all(&by_tcp.seal(Recipient::Piles, &gossip(1)).unwrap()).await.unwrap();
+            socket.send(&by_udp.seal(Recipient::Piles, &gossip(2)).unwrap()).await.unwrap();
             tokio::select! {
                 read = stream.read(&mut stream_buffer) => {
-                    deframer.feed(&stream_buffer[..read.unwrap()], |frame| tcp_heard.push(frame.unwrap().message));
+                    deframer.feed(&stream_buffer[..read.unwrap()], |packet| tcp_heard.push(by_tcp.open(packet.unwrap()).unwrap().message));
                 }
                 read = socket.recv(&mut buffer) => {
-                    Deframer::new().feed(&buffer[..read.unwrap()], |frame| udp_heard.push(frame.unwrap().message));
+                    Deframer::new().feed(&buffer[..read.unwrap()], |packet| udp_heard.push(by_udp.open(packet.unwrap()).unwrap().message));
                 }
                 () = sleep(Duration::from_millis(20)) => {}
             }
@@ -144,11 +145,11 @@ async fn a_pile_that_has_to_be_called_is_called_until_it_answers_and_again_when_
     let site = Arc::new(Site::fig7().unwrap());
     let clock = SiteClock::simulated(SiteMillis(1_000_000), SPEED);
     let daemon = Daemon::start(site, &config, clock).await.unwrap();
-    let mut writer = FrameWriter::new(DeviceId::Pile(PileId(4)), BootEpoch(1));
+    let mut sessions = Sessions::insecure(DeviceId::Pile(PileId(4)), BootEpoch(1));
     for _ in 0..2 {
         let (mut stream, _) = timeout(Duration::from_secs(10), listener.accept()).await.unwrap().unwrap();
         let asked = Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(5) });
-        let bytes = writer.write(asked).unwrap();
+        let bytes = sessions.seal(COORDINATOR, &asked).unwrap();
         // Whatever portions a stream comes in.
         let (first, rest) = bytes.split_at(7);
         stream.write_all(first).await.unwrap();
@@ -160,7 +161,8 @@ async fn a_pile_that_has_to_be_called_is_called_until_it_answers_and_again_when_
         while !heard.iter().any(|message| matches!(message, Message::TimeSync(_))) {
             let read = timeout(Duration::from_secs(10), stream.read(&mut buffer)).await.unwrap().unwrap();
             assert!(read > 0, "hung up after {heard:?}");
-            deframer.feed(&buffer[..read], |frame| heard.push(frame.unwrap().message));
+            deframer
+                .feed(&buffer[..read], |packet| heard.push(sessions.open(packet.unwrap()).unwrap().message));
         }
     }
     daemon.shutdown().await;
@@ -173,9 +175,9 @@ async fn a_peer_that_does_not_read_holds_nobody_up() {
     // A pile by TCP asks for the time without end, and reads nothing.
     let mut stuck = TcpStream::connect(daemon.addresses().tcp).await.unwrap();
     let flood = tokio::spawn(async move {
-        let mut writer = FrameWriter::new(DeviceId::Pile(PileId(9)), BootEpoch(1));
+        let mut sessions = Sessions::insecure(DeviceId::Pile(PileId(9)), BootEpoch(1));
         let asked = Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(5) });
-        while stuck.write_all(&writer.write(asked.clone()).unwrap()).await.is_ok() {}
+        while stuck.write_all(&sessions.seal(COORDINATOR, &asked).unwrap()).await.is_ok() {}
     });
     until(&daemon, "stuck", |view| {
         view.warnings.iter().any(|warning| warning.contains("pile 9 does not read"))

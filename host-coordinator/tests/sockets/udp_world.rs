@@ -14,8 +14,8 @@ use std::{
 use firmware_pile::{ChargingPile, Input as PileInput, Parameters, TagRead, To};
 use host_coordinator::{config::RobotConfig, daemon::SiteClock, site::Site};
 use protocol::{
-    Activity, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Frame, FrameWriter, LeaseId,
-    Message, Millis, PileId, Position, RequestId, RobotId, RobotState, SiteMillis, TagId,
+    Activity, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Frame, LeaseId, Message,
+    Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState, Sessions, SiteMillis, TagId,
 };
 
 /// What every robot of this world is like.
@@ -96,16 +96,18 @@ fn socket(coordinator: SocketAddr) -> UdpSocket {
 }
 
 /// A coordinator that was killed refuses datagrams; that is a loss like any other.
-fn send(socket: &UdpSocket, writer: &mut FrameWriter, message: Message) {
-    let _ = socket.send(&writer.write(message).unwrap());
+fn send(socket: &UdpSocket, sessions: &mut Sessions, message: &Message) {
+    let to = Recipient::Device(DeviceId::Coordinator);
+    let _ = socket.send(&sessions.seal(to, message).unwrap());
 }
 
-fn hear(socket: &UdpSocket) -> Vec<Frame> {
+fn hear(socket: &UdpSocket, sessions: &mut Sessions) -> Vec<Frame> {
     let mut frames = Vec::new();
     let mut buffer = [0; 2048];
     loop {
         match socket.recv(&mut buffer) {
-            Ok(length) => Deframer::new().feed(&buffer[..length], |frame| frames.push(frame.unwrap())),
+            Ok(length) => Deframer::new()
+                .feed(&buffer[..length], |packet| frames.push(sessions.open(packet.unwrap()).unwrap())),
             Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => return frames,
             Err(_) => {}
         }
@@ -117,7 +119,7 @@ struct Pile {
     place: Position,
     core: ChargingPile,
     socket: UdpSocket,
-    writer: FrameWriter,
+    sessions: Sessions,
 }
 
 impl Pile {
@@ -129,12 +131,12 @@ impl Pile {
             place: site.position(site.pile(id).unwrap().cell),
             core: ChargingPile::new(parameters),
             socket: socket(coordinator),
-            writer: FrameWriter::new(DeviceId::Pile(id), BootEpoch(1)),
+            sessions: Sessions::insecure(DeviceId::Pile(id), BootEpoch(1)),
         }
     }
 
     fn step(&mut self, now: Millis, robots: &[Robot], seen: &mut Seen) {
-        let frames = hear(&self.socket);
+        let frames = hear(&self.socket, &mut self.sessions);
         let docked = robots.iter().find(|robot| robot.docked == Some(self.id));
         let read = docked.map(|robot| PileInput::Tag(TagRead { tag: robot.config.tag, rssi_dbm: -40 }));
         let feedback = PileInput::ContactorFeedback { closed: self.core.energised() };
@@ -142,7 +144,7 @@ impl Pile {
         for input in frames.iter().map(PileInput::Frame).chain(rest) {
             for outgoing in self.core.step(now, input).messages {
                 if outgoing.to == To::Coordinator {
-                    send(&self.socket, &mut self.writer, outgoing.message);
+                    send(&self.socket, &mut self.sessions, &outgoing.message);
                 }
             }
             if let Some(lease) = self.core.leases().current() {
@@ -156,7 +158,7 @@ impl Pile {
 struct Robot {
     config: RobotConfig,
     socket: UdpSocket,
-    writer: FrameWriter,
+    sessions: Sessions,
     /// Where it is when it is at no pile.
     home: Position,
     request: RequestId,
@@ -174,7 +176,7 @@ impl Robot {
         Self {
             config,
             socket: socket(coordinator),
-            writer: FrameWriter::new(DeviceId::Robot(config.id), BootEpoch(1)),
+            sessions: Sessions::insecure(DeviceId::Robot(config.id), BootEpoch(1)),
             home: site.position(places[usize::from(number) * 577 % places.len()]),
             request: RequestId(1),
             docked: None,
@@ -187,7 +189,7 @@ impl Robot {
     /// Is at its pile at once, stays while it is charged, and asks again soon after.
     fn step(&mut self, now: SiteMillis, piles: &[Pile]) {
         let resting = now < self.rests_until;
-        for frame in hear(&self.socket) {
+        for frame in hear(&self.socket, &mut self.sessions) {
             match frame.message {
                 Message::Assignment(part) if part.request == self.request && !resting => {
                     self.docked = Some(part.pile);
@@ -224,10 +226,10 @@ impl Robot {
             None => (Activity::Waiting, None),
         };
         let state = RobotState { position, energy, activity, accepted };
-        send(&self.socket, &mut self.writer, Message::RobotState(state));
+        send(&self.socket, &mut self.sessions, &Message::RobotState(state));
         if activity == Activity::Waiting {
             let request = ChargeRequest { request: self.request, position, energy };
-            send(&self.socket, &mut self.writer, Message::ChargeRequest(request));
+            send(&self.socket, &mut self.sessions, &Message::ChargeRequest(request));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Frames made by hand, byte by byte, where [`protocol::Frame`] refuses to make them.
 
-use protocol::{Deframer, Frame, FrameError, Message};
+use protocol::{BootEpoch, Deframer, DeviceId, Frame, FrameError, Message, Sessions};
 
 /// A header: this version, pile 7, start 3, frame 1.
 pub const fn header(version: u8) -> [u8; 12] {
@@ -35,9 +35,14 @@ pub fn frame(header: &[u8], body: &[u8]) -> Vec<u8> {
 
 /// What a fresh deframer finds in a stream.
 pub fn read(stream: &[u8]) -> Vec<Result<Frame, FrameError>> {
-    let mut deframer = Deframer::new();
+    feed(&mut Deframer::new(), stream)
+}
+
+/// What a deframer finds in a portion of a stream, for a receiver that believes everyone.
+pub fn feed(deframer: &mut Deframer, stream: &[u8]) -> Vec<Result<Frame, FrameError>> {
+    let mut sessions = Sessions::insecure(DeviceId::Coordinator, BootEpoch(1));
     let mut found = Vec::new();
-    deframer.feed(stream, |result| found.push(result));
+    deframer.feed(stream, |result| found.push(result.and_then(|packet| sessions.open(packet))));
     found
 }
 

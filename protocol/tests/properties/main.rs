@@ -4,6 +4,7 @@
 mod bytes;
 mod damage;
 mod largest;
+mod sessions;
 mod sizes;
 mod strategies;
 mod stream;

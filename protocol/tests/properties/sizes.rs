@@ -44,6 +44,7 @@ fn the_docs_print_the_computed_sizes() {
     let parts = [
         ("header", limits::HEADER),
         ("largest body", limits::BODY),
+        ("MAC", limits::MAC),
         ("check", limits::CHECK),
         ("largest packet", limits::PACKET),
         ("largest frame", limits::FRAME),

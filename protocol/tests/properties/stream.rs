@@ -1,7 +1,9 @@
 //! Frames are found in any stream, in any portions, with anything between them.
 
 use proptest::{prelude::*, sample::Index};
-use protocol::{Deframer, Frame, FrameError, FrameWriter, Sequence, limits};
+use protocol::{
+    Deframer, DeviceId, Frame, FrameError, Header, Packet, PileId, Recipient, Sequence, Sessions, limits,
+};
 
 use crate::{
     bytes::{self, read},
@@ -37,7 +39,7 @@ proptest! {
         let mut deframer = Deframer::new();
         let mut found = Vec::new();
         for portion in cuts.windows(2) {
-            deframer.feed(&stream[portion[0]..portion[1]], |result| found.push(result));
+            found.extend(bytes::feed(&mut deframer, &stream[portion[0]..portion[1]]));
         }
         prop_assert_eq!(found, read(&stream));
     }
@@ -100,7 +102,7 @@ proptest! {
 
     #[test]
     fn no_bytes_between_delimiters_panic_even_if_they_hold_delimiters(mut noise in noise()) {
-        let _ = Frame::decode(&mut noise);
+        let _ = Packet::decode(&mut noise);
     }
 
     #[test]
@@ -110,12 +112,14 @@ proptest! {
     }
 
     #[test]
-    fn a_writer_numbers_its_frames_from_zero(sent in prop::collection::vec(frame(), 1..4)) {
-        let header = sent[0].header;
-        let mut writer = FrameWriter::new(header.sender, header.boot);
+    fn a_sender_numbers_its_frames_from_zero(sent in prop::collection::vec(frame(), 1..4)) {
+        let Header { sender, boot, .. } = sent[0].header;
+        let mut sessions = Sessions::insecure(sender, boot);
+        let to = Recipient::Device(DeviceId::Pile(PileId(7)));
         for (frame, number) in sent.into_iter().zip(0..) {
-            let expected = Frame { header: protocol::Header { sequence: Sequence(number), ..header }, ..frame.clone() };
-            prop_assert_eq!(read(&writer.write(frame.message).unwrap()), [Ok(expected)]);
+            let header = Header::new(sender, boot, Sequence(number));
+            let bytes = sessions.seal(to, &frame.message).unwrap();
+            prop_assert_eq!(read(&bytes), [Ok(Frame { header, ..frame })]);
         }
     }
 }

@@ -9,8 +9,9 @@ mod v01;
 use core::fmt::Debug;
 
 use protocol::{
-    Activity, Availability, ChassisFault, ChassisMode, ChassisRefusal, Deframer, EndReason, FaultCode, Frame,
-    Message, NackReason, Reference, StopReason, Topic, UnassignedReason, Wheel,
+    Activity, Availability, BootEpoch, ChassisFault, ChassisMode, ChassisRefusal, Deframer, DeviceId,
+    EndReason, FaultCode, Frame, FrameError, Message, NackReason, PileId, Reference, Session, Sessions,
+    StopReason, Topic, Trust, UnassignedReason, Wheel,
 };
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -91,15 +92,44 @@ fn every_enum_keeps_its_ordinals() {
 fn every_kind_of_sender_keeps_its_header() {
     for (frame, text) in v01::frames() {
         assert_eq!(frame.encode().unwrap(), bytes(text)[..], "{frame:?}");
-        let mut deframer = Deframer::new();
-        let mut found: Vec<Frame> = Vec::new();
-        deframer.feed(&bytes(text), |result| found.push(result.unwrap()));
-        assert_eq!(found, [frame]);
+        let mut receiver = Sessions::insecure(DeviceId::Coordinator, BootEpoch(1));
+        assert_eq!(opened(&mut receiver, &bytes(text)), [Ok(frame)]);
+    }
+}
+
+/// What a receiver makes of a stream.
+fn opened<Peers: AsMut<[Session]>>(
+    receiver: &mut Sessions<Peers>,
+    stream: &[u8],
+) -> Vec<Result<Frame, FrameError>> {
+    let mut found = Vec::new();
+    Deframer::new().feed(stream, |result| found.push(result.and_then(|packet| receiver.open(packet))));
+    found
+}
+
+#[test]
+fn sealed_frames_keep_their_bytes() {
+    let [device, site] = v01::keys();
+    let (pile, coordinator) = (DeviceId::Pile(PileId(7)), DeviceId::Coordinator);
+    let keys = |peer| Trust::Keys { site: Some(site), peers: [Session::new(peer, device)] };
+    let mut ends = [
+        Sessions::new(pile, BootEpoch(3), keys(coordinator)),
+        Sessions::new(coordinator, BootEpoch(5), keys(pile)),
+    ];
+    for (frame, to, text) in v01::conversation() {
+        let [ours, theirs] = &mut ends;
+        let (sender, receiver) = if frame.header.sender == pile { (ours, theirs) } else { (theirs, ours) };
+        assert_eq!(sender.seal(to, &frame.message).unwrap(), bytes(text)[..], "{frame:?}");
+        assert_eq!(opened(receiver, &bytes(text)), [Ok(frame)]);
     }
 }
 
 #[test]
 fn the_book_shows_the_bytes_of_a_pile_s_hello() {
-    let (_, text) = v01::frames()[1];
-    assert!(include_str!("../../../docs/protocol.md").contains(text));
+    let book = include_str!("../../../docs/protocol.md");
+    let plain = v01::frames()[1].1;
+    let sealed = v01::conversation()[0].2;
+    for text in [plain, sealed] {
+        assert!(book.contains(text), "the book lacks {text}");
+    }
 }

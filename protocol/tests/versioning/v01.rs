@@ -487,3 +487,65 @@ pub fn frames() -> [(Frame, &'static str); 4] {
         ),
     ]
 }
+
+/// What a device is sealed with: bytes 0 to 31. What a site is: bytes 32 to 63.
+pub fn keys() -> [Key; 2] {
+    [0, 32].map(|first: u8| Key::new(core::array::from_fn(|at| first + at as u8)))
+}
+
+/// Sealed frames: pile 7 in its start 3 and the coordinator in its start 5 find each other, and go
+/// on. In front of each: over what its MAC is computed, the receiver first.
+pub fn conversation() -> [(Frame, Recipient, &'static str); 5] {
+    let (pile, coordinator) = (DeviceId::Pile(PileId(7)), DeviceId::Coordinator);
+    let from_pile =
+        |sequence| Header { version: 1, sender: pile, boot: BootEpoch(3), sequence: Sequence(sequence) };
+    let from_coordinator = |sequence| Header {
+        version: 1,
+        sender: coordinator,
+        boot: BootEpoch(5),
+        sequence: Sequence(sequence),
+    };
+    let hello = Message::Hello(Hello { min: 1, current: 1, software: [0, 1, 2], epoch: Epoch(300) });
+    let asked_at = Millis(1_000);
+    let asked = Message::TimeRequest(TimeRequest { asked_at });
+    let told = Message::TimeSync(TimeSync { asked_at, site_now: SiteMillis(250_000) });
+    let gossip = Message::PileTable(PileTable { rows: Vec::new() });
+    let (to_coordinator, to_pile) = (Recipient::Device(coordinator), Recipient::Device(pile));
+    [
+        // 00 0000 00000000 | 01 41 0700 03000000 00000000 | 00 01 01 000102 AC02
+        (
+            Frame { header: from_pile(0), message: hello.clone() },
+            to_coordinator,
+            "00 | 04 01 41 07 02 03 01 01 01 01 01 01 01 03 01 01 06 01 02 AC 02 \
+             0A 13 D8 7C F8 5A F4 5D 6E FC F7 23 D1 DF 4F 26 02 EB 5E 10 | 00",
+        ),
+        // 01 0700 00000000 | 01 40 0000 05000000 00000000 | 00 01 01 000102 AC02
+        (
+            Frame { header: from_coordinator(0), message: hello },
+            to_pile,
+            "00 | 03 01 40 01 02 05 01 01 01 01 01 01 01 03 01 01 06 01 02 AC 02 F8 13 1E \
+             5A 63 12 11 27 B0 4D 30 C3 4F 0A 3E 1A 27 2D 12 FF | 00",
+        ),
+        // 00 0000 05000000 | 01 41 0700 03000000 01000000 | 06 E807
+        (
+            Frame { header: from_pile(1), message: asked },
+            to_coordinator,
+            "00 | 04 01 41 07 02 03 01 01 02 01 01 01 18 06 E8 07 \
+             A6 3C E8 D8 61 B8 32 B6 62 72 41 51 41 9C 74 95 91 88 7A 11 | 00",
+        ),
+        // 01 0700 03000000 | 01 40 0000 05000000 01000000 | 07 E807 90A10F
+        (
+            Frame { header: from_coordinator(1), message: told },
+            to_pile,
+            "00 | 03 01 40 01 02 05 01 01 02 01 01 01 1B 07 E8 07 90 A1 0F \
+             E9 EA 1F 02 F8 96 2A 04 DC EF 64 BB 76 07 F4 3F 66 71 A6 15 | 00",
+        ),
+        // FF FFFF 00000000 | 01 81 0700 03000000 00000000 | 02 00
+        (
+            Frame { header: from_pile(0), message: gossip },
+            Recipient::Piles,
+            "00 | 04 01 81 07 02 03 01 01 01 01 01 01 02 02 05 \
+             5D DF 5A E5 10 3C 81 50 3E 02 0F E8 3C 61 C1 EE 2B 57 F0 83 | 00",
+        ),
+    ]
+}

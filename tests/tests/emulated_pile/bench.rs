@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use protocol::{
     Ack, BootEpoch, CommandHead, CommandId, Deframer, DeviceId, DurationMs, EnergyJ, Epoch, FrameBytes,
-    FrameWriter, Grant, Hello, LeaseId, LeaseRef, Message, Nack, NackReason, PassCount, PileId, PileState,
-    Reference, RobotId, SiteMillis, TagId, TimeSync, version,
+    Grant, Hello, LeaseId, LeaseRef, Message, Nack, NackReason, PassCount, PileId, PileState, Recipient,
+    Reference, RobotId, Sessions, SiteMillis, TagId, TimeSync, version,
 };
 use tests::emulator::{Emulator, Serial};
 use tests::uhf_reader::UhfReader;
@@ -39,7 +39,7 @@ pub struct Bench {
     pub reader: UhfReader,
     link: TcpStream,
     deframer: Deframer,
-    writer: FrameWriter,
+    sessions: Sessions,
     started: Instant,
     received: VecDeque<Message>,
     pub passes: Vec<PassCount>,
@@ -59,7 +59,7 @@ impl Bench {
             reader,
             link,
             deframer: Deframer::new(),
-            writer: FrameWriter::new(DeviceId::Coordinator, BootEpoch(1)),
+            sessions: Sessions::insecure(DeviceId::Coordinator, BootEpoch(1)),
             started: Instant::now(),
             received: VecDeque::new(),
             passes: Vec::new(),
@@ -78,7 +78,7 @@ impl Bench {
     }
 
     pub fn frame(&mut self, message: Message) -> FrameBytes {
-        self.writer.write(message).unwrap()
+        self.sessions.seal(Recipient::Device(DeviceId::Pile(PILE)), &message).unwrap()
     }
 
     pub fn say(&mut self, message: Message) {
@@ -186,8 +186,10 @@ impl Bench {
             Err(error) => panic!("the link is gone: {error}; the board's log: {:#?}", self.board.log()),
         };
         let mut frames = Vec::new();
-        self.deframer
-            .feed(&buffer[..length], |frame| frames.push(frame.expect("the pile sent a damaged frame")));
+        self.deframer.feed(&buffer[..length], |found| {
+            let opened = found.and_then(|packet| self.sessions.open(packet));
+            frames.push(opened.expect("the pile sent a damaged frame"));
+        });
         for frame in frames {
             assert_eq!(frame.header.sender, DeviceId::Pile(PILE));
             match &frame.message {

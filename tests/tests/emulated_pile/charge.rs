@@ -15,8 +15,8 @@ use host_coordinator::daemon::{Daemon, SiteClock};
 use host_coordinator::site::Site;
 use host_coordinator::store::Store;
 use protocol::{
-    Activity, Assignment, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, FrameWriter,
-    Message, PileId, Position, RequestId, RobotId, RobotState,
+    Activity, Assignment, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Message, PileId,
+    Position, Recipient, RequestId, RobotId, RobotState, Sessions,
 };
 use tempfile::TempDir;
 use tests::emulator::{Emulator, Serial};
@@ -136,7 +136,7 @@ fn repository() -> &'static Path {
 /// A robot as far as the coordinator can tell.
 struct Robot {
     socket: UdpSocket,
-    writer: FrameWriter,
+    sessions: Sessions,
     state: RobotState,
     told_at: Option<Instant>,
     assigned: Option<PileId>,
@@ -150,7 +150,7 @@ impl Robot {
         let energy = EnergyJ::new(energy_j).unwrap();
         Self {
             socket,
-            writer: FrameWriter::new(DeviceId::Robot(ROBOT_ID), BootEpoch(1)),
+            sessions: Sessions::insecure(DeviceId::Robot(ROBOT_ID), BootEpoch(1)),
             state: RobotState { position, energy, activity: Activity::Working, accepted: None },
             told_at: None,
             assigned: None,
@@ -158,7 +158,7 @@ impl Robot {
     }
 
     fn say(&mut self, message: Message) {
-        let frame = self.writer.write(message).unwrap();
+        let frame = self.sessions.seal(Recipient::Device(DeviceId::Coordinator), &message).unwrap();
         // Nobody listens while the coordinator is down.
         let _ = self.socket.send(&frame);
     }
@@ -183,7 +183,8 @@ impl Robot {
         }
         let mut datagram = [0; 2048];
         while let Ok(length) = self.socket.recv(&mut datagram) {
-            Deframer::new().feed(&datagram[..length], |frame| {
+            Deframer::new().feed(&datagram[..length], |packet| {
+                let frame = self.sessions.open(packet.unwrap());
                 if let Message::Assignment(Assignment { request, pile, .. }) = frame.unwrap().message {
                     self.assigned = Some(pile);
                     self.state.accepted = Some(request);
