@@ -15,7 +15,7 @@ use protocol::{
     SiteMillis, SpeedMps, Stop, TimeSync, TurnRateRadps, Twist,
 };
 
-use crate::emulator::{Emulator, Serial};
+use crate::emulator::{Emulator, Pace, Serial};
 use crate::uhf_reader::UhfReader;
 
 /// The robot the image is built for.
@@ -83,6 +83,14 @@ impl ChassisBench {
     /// # Errors
     /// What is missing, and how to get it.
     pub fn boot() -> io::Result<Self> {
+        Self::boot_at(Pace::RealTime)
+    }
+
+    /// The same at a pace.
+    ///
+    /// # Errors
+    /// What is missing, and how to get it.
+    pub fn boot_at(pace: Pace) -> io::Result<Self> {
         let (link, bench) = (listener()?, listener()?);
         let reader = UhfReader::start()?;
         let dial = |address: SocketAddr| Serial::Dial(address);
@@ -90,6 +98,7 @@ impl ChassisBench {
             dial(link.local_addr()?),
             dial(reader.address()),
             dial(bench.local_addr()?),
+            pace,
         )
         .map_err(io::Error::other)?;
         let (link, bench) = (accept(&link)?, BufReader::new(accept(&bench)?));

@@ -77,6 +77,15 @@ impl fmt::Display for Serial {
     }
 }
 
+/// What an emulated board does with the time in which it has nothing to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// It lets it pass, as a board does.
+    RealTime,
+    /// It skips it: its clock runs ahead of ours.
+    Hurried,
+}
+
 /// A running board.
 pub struct Emulator {
     qemu: Child,
@@ -101,9 +110,18 @@ impl Emulator {
     ///
     /// # Errors
     /// [`EmulatorError`] says what is missing and how to get it.
-    pub fn boot_chassis(link: Serial, reader: Serial, bench: Serial) -> Result<Self, EmulatorError> {
+    pub fn boot_chassis(
+        link: Serial,
+        reader: Serial,
+        bench: Serial,
+        pace: Pace,
+    ) -> Result<Self, EmulatorError> {
         let uarts = [(1, link), (2, reader), (6, bench)];
-        Self::start("firmware-chassis-emulated", &uarts, &["-icount", "shift=0"])
+        let clock = match pace {
+            Pace::RealTime => "shift=0",
+            Pace::Hurried => "shift=0,sleep=off",
+        };
+        Self::start("firmware-chassis-emulated", &uarts, &["-icount", clock])
     }
 
     /// Boots an image with these of its USARTs connected, by number.

@@ -94,7 +94,7 @@ fn add_backports() -> Result<(), Failure> {
             format!("add {codename}-backports to {SOURCES}/sources.list.d"),
         ));
     };
-    println!("setup: adding {BACKPORTS}");
+    eprintln!("setup: adding {BACKPORTS}");
     let written = env::temp_dir().join(format!("chargehand-backports-{}", std::process::id()));
     fs::write(&written, backports.to_stanza()).map_err(|error| {
         Failure::new(format!("cannot write {}: {error}", written.display()), "make the folder writable")

@@ -13,10 +13,15 @@ pub const IMAGES: [(&str, &str); 3] =
 
 /// Builds every image and prints its flash and RAM use.
 pub fn build(toolchain: &Toolchain) -> Result<(), Failure> {
-    for (package, board) in IMAGES {
-        cargo(toolchain, "build --quiet", package, board).run()?;
-    }
+    compile(toolchain)?;
     size::print()
+}
+
+/// Builds every image.
+pub fn compile(toolchain: &Toolchain) -> Result<(), Failure> {
+    IMAGES
+        .into_iter()
+        .try_for_each(|(package, board)| cargo(toolchain, "build --quiet", package, board).run())
 }
 
 /// Clippy on what only exists on the ARM core; where rustup's clippy has no library for it, the

@@ -1,11 +1,12 @@
 //! `cargo xtask`: sets up a machine, builds the boards' images, tests everything.
 //!
 //! One idea a module: [`setup`] finds or installs what is missing (through [`apt`] where it must),
-//! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds and [`size`] measures an
-//! image, [`mod@test`] is what the project's continuous integration runs. Whatever fails says why and
-//! what to do next, and ends with exit code 1.
+//! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds an image, [`size`] and
+//! [`mod@bench`] measure one, [`mod@test`] is what the project's continuous integration runs. Whatever
+//! fails says why and what to do next, and ends with exit code 1.
 
 mod apt;
+mod bench;
 mod command;
 mod firmware;
 mod setup;
@@ -41,7 +42,10 @@ enum Task {
     /// Measures an image: what a control tick of the chassis costs in instructions, and memory.
     Bench {
         /// Which.
-        image: Bench,
+        image: Image,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
     },
     /// Boots the pile's image in QEMU and shows its log.
     Emulate {
@@ -55,8 +59,8 @@ enum Task {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum Bench {
-    /// The chassis, for 10,000 control ticks: about two minutes.
+enum Image {
+    /// The chassis, for 10,000 control ticks: about half a minute.
     Chassis,
 }
 
@@ -66,7 +70,7 @@ fn main() -> ExitCode {
         Task::Test => test::all(),
         Task::Firmware => setup::arm_toolchain().and_then(|toolchain| firmware::build(&toolchain)),
         Task::Size => size::print(),
-        Task::Bench { image: Bench::Chassis } => bench_chassis(),
+        Task::Bench { image: Image::Chassis, json } => bench::chassis(json),
         Task::Emulate { link, reader } => emulate(link, reader),
     };
     match result {
@@ -84,12 +88,6 @@ fn emulate(link: u16, reader: u16) -> Result<(), Failure> {
     command::cargo("run --quiet --package tests --bin emulate --")
         .args([link.to_string(), reader.to_string()])
         .run()
-}
-
-fn bench_chassis() -> Result<(), Failure> {
-    let toolchain = setup::all()?;
-    firmware::build(&toolchain)?;
-    command::cargo("run --quiet --package tests --bin bench_chassis").run()
 }
 
 /// The root of the repository.

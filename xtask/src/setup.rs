@@ -34,7 +34,7 @@ pub fn arm_toolchain() -> Result<Toolchain, Failure> {
     if let Some(toolchain) = Toolchain::find()? {
         return Ok(toolchain);
     }
-    println!("setup: adding the Rust target {TARGET}");
+    eprintln!("setup: adding the Rust target {TARGET}");
     let rustup = Command::new("rustup").words("target add").words(TARGET).run();
     if let Some(toolchain) = Toolchain::find()? {
         return Ok(toolchain);
@@ -43,7 +43,7 @@ pub fn arm_toolchain() -> Result<Toolchain, Failure> {
         || format!("rustup added {TARGET} to another toolchain than the one in use"),
         |failure| failure.to_string(),
     );
-    println!("setup: {cause}; using Debian's compiler instead");
+    eprintln!("setup: {cause}; using Debian's compiler instead");
     let next = format!("give rustup access to its server and run `rustup target add {TARGET}`");
     if let Err(failure) = apt::update().and_then(|()| apt::install(&DEBIAN_PACKAGES, None)) {
         return Err(Failure::new(
@@ -68,7 +68,7 @@ pub fn qemu() -> Result<(), Failure> {
     if qemu_version().is_some_and(|major| major >= QEMU_MAJOR) {
         return Ok(());
     }
-    println!("setup: installing {QEMU} {QEMU_MAJOR} or newer");
+    eprintln!("setup: installing {QEMU} {QEMU_MAJOR} or newer");
     let next = format!("install {QEMU} {QEMU_MAJOR} or newer by hand, put it on the PATH, and try again");
     let installed =
         if on_path("apt-get") { apt::install_qemu(QEMU, QEMU_MAJOR) } else { install_elsewhere() };

@@ -19,11 +19,11 @@ const RAM_START: u64 = 0x2000_0000;
 
 /// What an image occupies, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Size {
+pub struct Size {
     /// Code, constants, and the first values of variables.
-    flash: u64,
+    pub flash: u64,
     /// Variables; the stack takes what is left.
-    ram: u64,
+    pub ram: u64,
 }
 
 /// Prints the size of every image.
@@ -42,7 +42,8 @@ pub fn print() -> Result<(), Failure> {
     Ok(())
 }
 
-fn describe(Size { flash, ram }: Size) -> String {
+/// A size for a person.
+pub fn describe(Size { flash, ram }: Size) -> String {
     let percent = |used: u64, whole: u64| used as f64 * 100.0 / whole as f64;
     format!(
         "flash {flash} bytes ({:.1} % of 1 MiB), RAM {ram} bytes ({:.1} % of 128 KiB, stack apart)",
@@ -51,7 +52,8 @@ fn describe(Size { flash, ram }: Size) -> String {
     )
 }
 
-fn of_file(path: &Path) -> Result<Size, Failure> {
+/// The size of an image.
+pub fn of_file(path: &Path) -> Result<Size, Failure> {
     let next = "build it with `cargo xtask firmware`";
     let elf = fs::read(path)
         .map_err(|error| Failure::new(format!("cannot read the image {}: {error}", path.display()), next))?;

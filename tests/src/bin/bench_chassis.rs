@@ -1,32 +1,34 @@
-//! `cargo xtask bench chassis`: what control ticks of the chassis' image cost in QEMU while it drives.
+//! Of `cargo xtask bench chassis`: what control ticks of the chassis' image cost in QEMU while it
+//! drives, as JSON.
 
 use std::io;
 use std::process::ExitCode;
 
 use protocol::DurationMs;
+use serde_json::json;
 use tests::chassis_bench::{ChassisBench, Costs, twist};
+use tests::emulator::Pace;
 
-/// Instructions that the worst tick may take.
-const BUDGET: u32 = 8_000;
 /// Of each motion, by the chassis' clock; four of them make 10,000 ticks.
 const MOTION: DurationMs = DurationMs(25_000);
 
 fn main() -> ExitCode {
-    let costs = match measure() {
-        Ok(costs) => costs,
+    match measure() {
+        Ok(Costs { ticks, median, worst, stack }) => {
+            println!("{}", json!({ "ticks": ticks, "p50": median, "worst": worst, "stack_bytes": stack }));
+            ExitCode::SUCCESS
+        }
         Err(error) => {
             eprintln!("error: {error}");
-            return ExitCode::FAILURE;
+            ExitCode::FAILURE
         }
-    };
-    let Costs { ticks, median, worst, stack } = costs;
-    println!("control tick: p50 {median}, worst {worst} instructions of {ticks} ticks (budget {BUDGET})");
-    println!("stack: {stack} bytes at the deepest, the model's share included");
-    if worst > BUDGET { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+    }
 }
 
+/// Where the computer is too slow for the hurried chassis, that stops and starts anew, which costs as
+/// much as any tick.
 fn measure() -> io::Result<Costs> {
-    let mut bench = ChassisBench::boot()?;
+    let mut bench = ChassisBench::boot_at(Pace::Hurried)?;
     bench.costs()?;
     for (vx, vy, wz) in [(0.5, 0.0, 0.0), (-0.3, 0.3, 0.0), (0.2, -0.1, 1.0), (0.0, 0.0, -2.0)] {
         bench.drive_for(twist(vx, vy, wz)?, MOTION)?;

@@ -1,0 +1,63 @@
+//! What an image needs: instructions of its control tick in QEMU, and memory.
+
+use serde::Deserialize;
+use serde_json::json;
+
+use crate::command::{Failure, cargo};
+use crate::size::{self, Size};
+use crate::{firmware, setup};
+
+/// Instructions that the chassis' worst control tick may take.
+const BUDGET: u32 = 8_000;
+/// Boards of the chassis.
+const BOARDS: [&str; 2] = ["emulated", "stm32"];
+
+/// What the chassis' control ticks have cost.
+#[derive(Deserialize)]
+struct Costs {
+    ticks: u32,
+    p50: u32,
+    worst: u32,
+    stack_bytes: u32,
+}
+
+/// Measures the chassis. Fails if its worst tick is beyond the budget.
+pub fn chassis(json: bool) -> Result<(), Failure> {
+    let toolchain = setup::all()?;
+    firmware::compile(&toolchain)?;
+    let printed = cargo("run --quiet --package tests --bin bench_chassis").output()?;
+    let costs: Costs = serde_json::from_str(&printed).map_err(|error| {
+        Failure::new(format!("the bench printed {printed:?} ({error})"), "report this as a defect of xtask")
+    })?;
+    let mut images = Vec::new();
+    for board in BOARDS {
+        images.push((board, size::of_file(&firmware::path("firmware-chassis", board))?));
+    }
+    if json {
+        print_json(&costs, &images)
+    } else {
+        print(&costs, &images)
+    }
+    if costs.worst <= BUDGET {
+        return Ok(());
+    }
+    let problem = format!("the worst control tick took {} instructions, beyond {BUDGET}", costs.worst);
+    Err(Failure::new(problem, "see what has made it slower"))
+}
+
+fn print(Costs { ticks, p50, worst, stack_bytes }: &Costs, images: &[(&str, Size)]) {
+    println!("control tick: p50 {p50}, worst {worst} instructions of {ticks} ticks (budget {BUDGET})");
+    println!("stack: {stack_bytes} bytes at the deepest, the model's share included");
+    for (board, size) in images {
+        println!("firmware-chassis ({board}): {}", size::describe(*size));
+    }
+}
+
+fn print_json(Costs { ticks, p50, worst, stack_bytes }: &Costs, images: &[(&str, Size)]) {
+    let images: Vec<_> = images
+        .iter()
+        .map(|(board, size)| json!({ "board": board, "flash_bytes": size.flash, "ram_bytes": size.ram }))
+        .collect();
+    let tick = json!({ "ticks": ticks, "p50": p50, "worst": worst, "budget": BUDGET });
+    println!("{}", json!({ "tick_instructions": tick, "stack_bytes": stack_bytes, "images": images }));
+}
