@@ -1,6 +1,7 @@
 //! How long a charge takes and how much of it is left (LMPP eqs. 1 and 2).
 //!
-//! A pile has no meter: it allots time and counts the time for which its contacts were live.
+//! A pile allots time and counts the time for which its contacts were live. What it delivers in
+//! that time it measures, and only tells.
 
 use protocol::{DurationMs, EnergyJ, Fraction};
 
@@ -34,18 +35,33 @@ pub fn remaining(planned: DurationMs, elapsed: DurationMs) -> Fraction {
 pub struct Charge {
     planned: DurationMs,
     elapsed: DurationMs,
+    /// In millijoules: many small parts of a large sum.
+    delivered_mj: u64,
 }
 
 impl Charge {
     /// A charge that begins now.
     #[must_use]
     pub const fn new(planned: DurationMs) -> Self {
-        Self { planned, elapsed: DurationMs(0) }
+        Self { planned, elapsed: DurationMs(0), delivered_mj: 0 }
     }
 
     /// The contacts were live for `time` more.
     pub fn advance(&mut self, time: DurationMs) {
         self.elapsed = DurationMs::saturating(u64::from(self.elapsed.0) + u64::from(time.0));
+    }
+
+    /// So much more energy went into the robot, in joules; what is no energy counts for none.
+    pub fn deliver(&mut self, energy_j: f32) {
+        // The cast takes NaN and what is negative for 0, and the largest number for what is larger.
+        let energy_mj = (energy_j * 1_000.0 + 0.5) as u64;
+        self.delivered_mj = self.delivered_mj.saturating_add(energy_mj);
+    }
+
+    /// The energy that went into the robot: the integral of voltage times current.
+    #[must_use]
+    pub fn delivered(&self) -> EnergyJ {
+        EnergyJ::clamped(self.delivered_mj as f32 / 1_000.0)
     }
 
     /// t_plan.
@@ -103,6 +119,15 @@ mod tests {
         let shares = [0, 2_000, 4_000, 8_000, 9_000].map(|ms| remaining(planned, DurationMs(ms)).get());
         assert_eq!(shares, [1.0, 0.75, 0.5, 0.0, 0.0]);
         assert_eq!(remaining(DurationMs(0), DurationMs(0)), Fraction::MIN);
+    }
+
+    #[test]
+    fn small_parts_of_a_large_delivery_are_not_lost() {
+        let mut charge = Charge::new(DurationMs(0));
+        charge.deliver(1.0e6);
+        (0..1_000).for_each(|_| charge.deliver(0.001));
+        [f32::NAN, -5.0, f32::NEG_INFINITY].into_iter().for_each(|nonsense| charge.deliver(nonsense));
+        assert_eq!(charge.delivered(), energy(1.0e6 + 1.0));
     }
 
     proptest! {

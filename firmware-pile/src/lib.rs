@@ -2,21 +2,21 @@
 //!
 //! A pile has one place with contacts, an RFID reader that tells which robot stands there, a
 //! contactor that makes the contacts live, and a link to the coordinator and the other piles. The
-//! core is [`ChargingPile::step`]: time and one input go in, the contactor's command and messages
-//! come out. It reads no clock, waits for nothing and allocates nothing, so the same code runs on
+//! core is [`ChargingPile::step`]: time and one input go in, the command to contactor and power
+//! stage and messages come out. It reads no clock, waits for nothing and allocates nothing, so the same code runs on
 //! the microcontroller, in its emulation, in the simulated site and in the tests.
 //!
 //! *A tag is read* walks through five rooms: [`firmware_common::reader`] finds the tag in the reader's bytes,
 //! [`pile`] takes it as an input, [`lease`] says whom the pile is granted to, [`safety`] whether
-//! the contacts may be live, and the contactor's command goes out.
+//! the contacts may be live, and the command to contactor and power stage goes out.
 //!
 //! ```
-//! use firmware_pile::{ChargingPile, Contactor, Input, Parameters, To};
+//! use firmware_pile::{ChargingPile, Input, Parameters, Power, To};
 //! use protocol::{Message, Millis, PileId};
 //!
 //! let mut pile = ChargingPile::new(Parameters::new(PileId(7), 150.0));
 //! let outputs = pile.step(Millis(0), Input::Tick);
-//! assert_eq!(outputs.contactor, Contactor::Open);
+//! assert_eq!(outputs.power, Power::OFF);
 //! // Its first word is for the coordinator.
 //! let first = outputs.messages.first().map(|outgoing| (outgoing.to, &outgoing.message));
 //! assert!(matches!(first, Some((To::Coordinator, Message::Hello(_)))));
@@ -25,11 +25,13 @@
 //! | module | one idea |
 //! |---|---|
 //! | [`pile`] | the core: which input concerns which room, and what is said to others |
+//! | [`io`] | what goes into a step, and what comes out |
 //! | [`parameters`] | what differs from pile to pile |
 //! | [`lease`] | who may use the pile, and which commands are obeyed |
 //! | [`charge`] | how long a charge takes and how much of it is left (LMPP eqs. 1, 2) |
-//! | [`safety`] | the one place that says whether the contacts may be live |
-//! | [`faults`] | what can break, and how it is noticed |
+//! | [`safety`] | whether the contacts may be live, and how they become so and stop being so |
+//! | [`faults`] | what is wrong, since when, and what of it has to be told and cleared |
+//! | [`plant`] | a model of what a pile's board is connected to, for tests and emulation |
 //! | [`table`] | what all piles said of themselves (LMPP Figs. 1 to 3) |
 //! | [`gossip`] | which part of that is told to the other piles when |
 //! | [`voice`] | what a pile says of itself to the coordinator, and when |
@@ -47,9 +49,11 @@ pub mod board;
 pub mod charge;
 pub mod faults;
 pub mod gossip;
+pub mod io;
 pub mod lease;
 pub mod parameters;
 pub mod pile;
+pub mod plant;
 pub mod reports;
 pub mod safety;
 pub mod store;
@@ -58,7 +62,9 @@ pub mod table;
 pub mod tasks;
 pub mod voice;
 
+pub use io::{Input, Outgoing, Outputs, To};
 pub use parameters::Parameters;
-pub use pile::{ChargingPile, Contactor, Input, Outgoing, Outputs, To};
+pub use pile::ChargingPile;
+pub use safety::{Contactor, Power, Sensors};
 
 pub use firmware_common::reader::TagRead;

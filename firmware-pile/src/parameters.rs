@@ -6,6 +6,8 @@ use firmware_common::{
 };
 use protocol::{BootEpoch, DurationMs, Epoch, PileId};
 
+use crate::safety::Limits;
+
 /// What a pile is told at its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameters {
@@ -17,6 +19,8 @@ pub struct Parameters {
     pub highest_epoch: Epoch,
     /// What the pile gives a robot, in watts (g_pertime of LMPP eq. 2).
     pub power_w: f32,
+    /// What voltage, current and temperature allow, and what the sensors measure.
+    pub limits: Limits,
     /// The adjustment of the planned time (eta of eq. 2).
     pub eta: DurationMs,
     /// The length of a period of the day (lambda of eq. 8).
@@ -33,7 +37,7 @@ pub struct Parameters {
 
 impl Parameters {
     /// Usual values for a pile in its first start: two-hour periods as in the paper's example, a
-    /// reader whose field is about 3 m deep.
+    /// reader whose field is about 3 m deep, robots with 24 V batteries.
     #[must_use]
     pub const fn new(pile: PileId, power_w: f32) -> Self {
         Self {
@@ -41,6 +45,7 @@ impl Parameters {
             boot: BootEpoch(1),
             highest_epoch: Epoch(0),
             power_w,
+            limits: Limits::new(power_w),
             eta: DurationMs(5_000),
             period: DurationMs(7_200_000),
             periods: 12,

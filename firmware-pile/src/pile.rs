@@ -1,114 +1,34 @@
 //! The pile's core: which input concerns which room, and what is said to others.
 //!
-//! A step has four parts: time passes, the input is taken in, the lease is settled and the
-//! contactor commanded, and messages that are due go out. A step's work and memory are bounded.
+//! A step has four parts: time passes, the input is taken in, the lease is settled and the power
+//! commanded, and messages that are due go out. A step's work and memory are bounded.
 
 use firmware_common::{
     clock::SiteClock,
     passes::{PassCounter, period_of},
     presence::Presence,
-    reader::{Seen, TagRead},
+    reader::TagRead,
 };
-use heapless::Vec;
 use protocol::{
-    Ack, Availability, DeviceId, DurationMs, EndReason, Epoch, Frame, Message, Millis, Nack, PileRow,
-    PileState, Recipient, Reference, TagId,
+    Ack, Availability, DeviceId, DurationMs, EndReason, Epoch, Message, Millis, Nack, PileRow, PileState,
+    Reference, TagId,
 };
 
 use crate::{
     charge::{self, Charge},
-    faults::Faults,
+    faults::{FaultSet, Faults},
     gossip::Gossip,
+    io::{Input, Messages, Outgoing, Outputs, To},
     lease::{Answer, Leases, Place},
     parameters::Parameters,
     reports::Reports,
-    safety,
+    safety::{Power, Safety, conditions},
     table::PileTable,
     voice::Voice,
 };
 
-/// The most messages a step sends: one of each kind.
-pub const MESSAGES_PER_STEP: usize = 8;
 /// Tags that can stand at the contacts at a time.
 const MAX_DOCKED: usize = 4;
-
-/// What can happen to a pile.
-#[derive(Clone, Copy, Debug)]
-pub enum Input<'a> {
-    /// Time has passed; at least every 100 ms.
-    Tick,
-    /// The reader read a tag.
-    Tag(TagRead),
-    /// The reader answered that nothing is in its field.
-    ReaderIdle,
-    /// A frame arrived.
-    Frame(&'a Frame),
-    /// The contactor was found closed or open; at least every 100 ms if the pile has such a
-    /// contact.
-    ContactorFeedback {
-        /// Which of the two.
-        closed: bool,
-    },
-}
-
-impl From<Seen> for Input<'_> {
-    fn from(seen: Seen) -> Self {
-        match seen {
-            Seen::Nothing => Self::ReaderIdle,
-            Seen::Tag(read) => Self::Tag(read),
-        }
-    }
-}
-
-/// The contactor's command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Contactor {
-    /// The contacts are dead.
-    Open,
-    /// The contacts are live.
-    Closed,
-}
-
-/// Whom a message is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum To {
-    /// The coordinator.
-    Coordinator,
-    /// All other piles.
-    Peers,
-}
-
-impl From<To> for Recipient {
-    fn from(to: To) -> Self {
-        match to {
-            To::Coordinator => Self::Device(DeviceId::Coordinator),
-            To::Peers => Self::Piles,
-        }
-    }
-}
-
-/// A message to send.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outgoing {
-    /// To whom.
-    pub to: To,
-    /// What.
-    pub message: Message,
-}
-
-/// The messages of a step.
-pub type Messages = Vec<Outgoing, MESSAGES_PER_STEP>;
-
-/// What a step asks of the shell: the contactor first, then the memory, then the messages.
-#[derive(Clone, Debug)]
-pub struct Outputs {
-    /// The contactor's command from now on.
-    pub contactor: Contactor,
-    /// An epoch that must be in non-volatile memory before the messages go out.
-    pub store_epoch: Option<Epoch>,
-    /// What to send, in order.
-    pub messages: Messages,
-}
 
 /// A charging pile.
 #[derive(Clone, Debug)]
@@ -121,7 +41,7 @@ pub struct ChargingPile {
     /// Whose charge began last, until it has gone.
     served: Option<TagId>,
     faults: Faults,
-    contactor: Contactor,
+    safety: Safety,
     passes: PassCounter,
     reports: Reports,
     table: PileTable,
@@ -133,7 +53,7 @@ pub struct ChargingPile {
 impl ChargingPile {
     /// A pile that has just started: contacts dead, no lease, no clock.
     #[must_use]
-    pub const fn new(parameters: Parameters) -> Self {
+    pub fn new(parameters: Parameters) -> Self {
         let row = PileRow {
             pile: parameters.pile,
             boot: parameters.boot,
@@ -150,8 +70,8 @@ impl ChargingPile {
             leases: Leases::new(parameters.highest_epoch),
             presence: Presence::new(parameters.docked, parameters.tag_timeout),
             served: None,
-            faults: Faults::new(),
-            contactor: Contactor::Open,
+            faults: Faults::new(FaultSet::EMPTY),
+            safety: Safety::new(parameters.limits, parameters.power_w),
             passes: PassCounter::new(parameters.pass_rule),
             reports: Reports::new(parameters.boot),
             table: PileTable::new(),
@@ -171,7 +91,7 @@ impl ChargingPile {
     /// no time has passed.
     pub fn step(&mut self, now: Millis, input: Input<'_>) -> Outputs {
         self.pass_time(now);
-        let mut messages = Vec::new();
+        let mut messages = Messages::new();
         self.take(input, &mut messages);
         self.settle();
         self.speak(&mut messages);
@@ -179,14 +99,14 @@ impl ChargingPile {
         let epoch = self.leases.highest_epoch();
         let store_epoch = (epoch > self.stored_epoch).then_some(epoch);
         self.stored_epoch = epoch;
-        Outputs { contactor: self.contactor, store_epoch, messages }
+        Outputs { power: self.safety.power(), store_epoch, messages }
     }
 
     /// What the pile does with its place.
     #[must_use]
     pub fn availability(&self) -> Availability {
         match self.leases.current() {
-            _ if !self.faults.active().is_empty() => Availability::Fault,
+            _ if !self.faults.standing().is_empty() => Availability::Fault,
             Some(lease) if lease.charge.is_some() => Availability::Charging,
             Some(_) => Availability::Reserved,
             None if self.served.is_some() => Availability::Done,
@@ -203,7 +123,19 @@ impl ChargingPile {
     /// Whether the contactor is told to be closed.
     #[must_use]
     pub fn energised(&self) -> bool {
-        self.contactor == Contactor::Closed
+        self.safety.power().is_closed()
+    }
+
+    /// The command to contactor and power stage.
+    #[must_use]
+    pub const fn power(&self) -> Power {
+        self.safety.power()
+    }
+
+    /// What is wrong with the pile.
+    #[must_use]
+    pub const fn faults(&self) -> &Faults {
+        &self.faults
     }
 
     /// The leases.
@@ -243,8 +175,11 @@ impl ChargingPile {
                 self.passes.read(self.now, self.period(), tag, rssi_dbm);
             }
             Input::ReaderIdle => self.faults.reader_answered(self.now),
-            Input::ContactorFeedback { closed } => {
-                self.faults.contactor_found(self.now, closed, self.energised());
+            Input::Sensors(sensors) => {
+                let given_j = self.safety.sense(self.now, sensors, &mut self.faults);
+                if let Some(charge) = self.leases.charge_mut() {
+                    charge.deliver(given_j);
+                }
             }
             Input::Frame(frame) => match frame.header.sender {
                 DeviceId::Coordinator => self.hear_coordinator(&frame.message, messages),
@@ -270,7 +205,7 @@ impl ChargingPile {
             Message::Grant(grant) => {
                 let place = Place {
                     site_now: self.clock.site_now(self.now),
-                    faulted: !self.faults.active().is_empty(),
+                    faulted: !self.faults.standing().is_empty(),
                     occupied: self.is_taken_from(grant.tag),
                 };
                 let Parameters { power_w, eta, .. } = self.parameters;
@@ -301,7 +236,7 @@ impl ChargingPile {
         }
     }
 
-    /// Ends what is over, begins what can begin, and commands the contactor.
+    /// Ends what is over, begins what can begin, and commands the power.
     fn settle(&mut self) {
         self.faults.tick(self.now);
         if self.served.is_some_and(|tag| self.has_left(tag)) {
@@ -320,19 +255,18 @@ impl ChargingPile {
         }
 
         let lease = self.leases.current();
-        let live = safety::may_energise(self.now, &self.clock, lease, &self.presence, &self.faults);
-        if live != self.energised() {
-            self.contactor = if live { Contactor::Closed } else { Contactor::Open };
-            self.faults.contactor_switched();
-        }
+        let permit =
+            conditions::permit(self.now, &self.clock, lease, &self.presence, &self.faults, &self.safety);
+        self.safety.command(self.now, permit);
     }
 
-    /// The tag of the lease's robot, if the robot has arrived and its charge has not begun. While
-    /// another stands here too, nobody knows which of them touches the contacts.
+    /// The tag of the lease's robot, if the robot has arrived on the contacts and its charge has not
+    /// begun. While another stands here too, nobody knows which of them touches them.
     fn arrived(&self) -> Option<TagId> {
         let lease = self.leases.current().filter(|lease| lease.charge.is_none())?;
         let alone = self.presence.contains(self.now, lease.tag) && !self.is_taken_from(lease.tag);
-        alone.then_some(lease.tag)
+        let mated = self.safety.sample(self.now).is_some_and(|sample| sample.sensors.mated);
+        (alone && mated).then_some(lease.tag)
     }
 
     fn end_of_lease(&self) -> Option<EndReason> {
@@ -340,7 +274,7 @@ impl ChargingPile {
         let site_now = self.clock.site_now(self.now)?;
         if lease.charge.is_some_and(|charge| charge.is_complete()) {
             Some(EndReason::Completed)
-        } else if !self.faults.active().is_empty() {
+        } else if !self.faults.standing().is_empty() {
             Some(EndReason::Fault)
         } else if lease.has_run_out(self.now, site_now) {
             Some(EndReason::Expired)

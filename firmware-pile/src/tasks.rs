@@ -1,7 +1,8 @@
 //! The task that runs the pile's core, generic over a board's drivers; the tasks around it are
 //! those of [`firmware_common::tasks`].
 //!
-//! It alone owns the core and never waits for another task: what does not fit the outbox is
+//! It alone owns the core and has an interrupt executor to itself: nothing that the other tasks do
+//! delays a sample of the sensors. It never waits for another task: what does not fit the outbox is
 //! dropped, as a message lost on the link would be, and comes again.
 
 use defmt::warn;
@@ -11,21 +12,21 @@ use firmware_common::supervisor::Place;
 use firmware_common::tasks::{Inbox, News, Outbox};
 use protocol::{Epoch, Millis};
 
-use crate::{ChargingPile, Contactor, Input, Outputs};
+use crate::{ChargingPile, Input, Outputs, Power, Sensors};
 
-/// How often the core learns that time has passed; it asks for 100 ms at the latest.
-const TICK: Duration = Duration::from_millis(50);
+/// How often the sensors are read.
+const TICK: Duration = Duration::from_millis(10);
 
 /// Messages that wait for the link: those of a step, and as many again.
-pub const OUTBOX: usize = 2 * crate::pile::MESSAGES_PER_STEP;
+pub const OUTBOX: usize = 2 * crate::io::MESSAGES_PER_STEP;
 
-/// The switch between the mains and the contacts.
-pub trait Contacts {
-    /// Makes the contacts live or dead.
-    fn command(&mut self, contactor: Contactor);
+/// Sensors, power stage and contactor of a board. Neither call may wait for long: a tick has 10 ms.
+pub trait Charger {
+    /// What the sensors say `now`; called once a tick.
+    fn sense(&mut self, now: Millis) -> Sensors;
 
-    /// Whether the contactor is found closed by its auxiliary contact, whatever it was told.
-    fn closed(&self) -> bool;
+    /// What contactor and power stage do from now on. A contactor that is to open is opened first.
+    fn command(&mut self, power: Power);
 }
 
 /// What a restart must not forget.
@@ -34,10 +35,11 @@ pub trait Memory {
     fn store_epoch(&mut self, epoch: Epoch) -> impl Future<Output = ()>;
 }
 
-/// Runs the core: every input at its time, the contactor first, then the memory, then the messages.
+/// Runs the core: every input at its time, a sample before anything else that waits; the power first,
+/// then the memory, then the messages.
 pub async fn run(
     mut pile: ChargingPile,
-    mut contacts: impl Contacts,
+    mut charger: impl Charger,
     mut memory: impl Memory,
     inbox: &Inbox,
     outbox: &Outbox<OUTBOX>,
@@ -45,26 +47,28 @@ pub async fn run(
 ) -> ! {
     let mut ticker = Ticker::every(TICK);
     loop {
-        let news = select(inbox.receive(), ticker.next()).await;
-        place.check_in();
+        let event = select(ticker.next(), inbox.receive()).await;
         let now = Millis(Instant::now().as_millis());
-        let outputs = match &news {
-            Either::First(News::Frame(frame)) => pile.step(now, Input::Frame(frame)),
-            Either::First(News::Seen(seen)) => pile.step(now, (*seen).into()),
-            Either::First(News::Discarded(_)) => continue,
-            Either::Second(()) => pile.step(now, Input::ContactorFeedback { closed: contacts.closed() }),
+        let outputs = match &event {
+            Either::First(()) => {
+                place.check_in();
+                pile.step(now, Input::Sensors(charger.sense(now)))
+            }
+            Either::Second(News::Frame(frame)) => pile.step(now, Input::Frame(frame)),
+            Either::Second(News::Seen(seen)) => pile.step(now, (*seen).into()),
+            Either::Second(News::Discarded(_)) => continue,
         };
-        obey(outputs, &mut contacts, &mut memory, outbox).await;
+        obey(outputs, &mut charger, &mut memory, outbox).await;
     }
 }
 
 async fn obey(
     outputs: Outputs,
-    contacts: &mut impl Contacts,
+    charger: &mut impl Charger,
     memory: &mut impl Memory,
     outbox: &Outbox<OUTBOX>,
 ) {
-    contacts.command(outputs.contactor);
+    charger.command(outputs.power);
     if let Some(epoch) = outputs.store_epoch {
         memory.store_epoch(epoch).await;
     }

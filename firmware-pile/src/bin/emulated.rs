@@ -9,12 +9,12 @@ compile_error!("this image runs on an ARM core: build it with `cargo xtask firmw
 
 use cortex_m_rt::entry;
 use firmware_common::emulated::{
-    EmulatedWatchdog, Machine, Uart, UartReceiver, UartSender, boot_epoch, execute,
+    EmulatedWatchdog, Machine, Uart, UartReceiver, UartSender, boot_epoch, execute, execute_above,
 };
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
-use firmware_pile::board::emulated::{LoggedContactor, VolatileMemory};
+use firmware_pile::board::emulated::{ModelledCharger, VolatileMemory};
 use firmware_pile::tasks;
 use firmware_pile::{ChargingPile, Parameters};
 use protocol::{DeviceId, PileId, Sessions};
@@ -49,12 +49,12 @@ fn main() -> ! {
     let trusted: &'static Trusted<0> = trusted;
     let [listening, speaking, watching, running] = ROLL.places();
     defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
+    execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(parameters, running))));
     execute(|spawner| {
         spawner.spawn(defmt::unwrap!(supervise(watchdog)));
         spawner.spawn(defmt::unwrap!(listen(receiver, trusted, listening)));
         spawner.spawn(defmt::unwrap!(speak(sender, trusted, speaking)));
         spawner.spawn(defmt::unwrap!(watch(reader, watching)));
-        spawner.spawn(defmt::unwrap!(run(parameters, running)));
     })
 }
 
@@ -81,5 +81,5 @@ async fn watch(reader: Uart, place: Place) {
 #[embassy_executor::task]
 async fn run(parameters: Parameters, place: Place) {
     let pile = ChargingPile::new(parameters);
-    tasks::run(pile, LoggedContactor::new(), VolatileMemory, &INBOX, &OUTBOX, place).await
+    tasks::run(pile, ModelledCharger::new(), VolatileMemory, &INBOX, &OUTBOX, place).await
 }

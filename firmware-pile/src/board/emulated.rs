@@ -1,8 +1,8 @@
-//! What QEMU's machine does not have: a contactor, which shows in the log, and a memory, which
-//! forgets. The machine itself is [`firmware_common::emulated`].
+//! What QEMU's machine does not have: a charger, which is a [`Plant`](crate::plant::Plant) here, and
+//! a memory, which forgets. The machine itself is [`firmware_common::emulated`].
 
-mod contacts;
+mod charger;
 mod memory;
 
-pub use contacts::LoggedContactor;
+pub use charger::ModelledCharger;
 pub use memory::VolatileMemory;

@@ -1,12 +1,32 @@
 //! A pile on a bench: what the tests say to it and what it answers.
 
-use firmware_pile::{ChargingPile, Contactor, Input, Outputs, Parameters, TagRead, To};
+use firmware_pile::{
+    ChargingPile, Input, Outputs, Parameters, TagRead, To,
+    plant::{Battery, Plant},
+};
 use protocol::*;
 
 /// The site's clock shows this when the pile starts.
 pub const SITE_AT_START: u64 = 1_000_000;
 
-/// A pile and its clock.
+/// How often the sensors are read.
+pub const SAMPLE: DurationMs = DurationMs(10);
+
+/// A half full battery.
+pub const BATTERY: Battery = Battery::new(1.0e6, 0.5e6);
+
+/// What an RFID reader does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reader {
+    /// It sees the tag that stands there.
+    Sees,
+    /// It answers that there is none.
+    Misses,
+    /// It does not answer.
+    Silent,
+}
+
+/// A pile, its clock, and what its board is connected to.
 pub struct Bench {
     /// The pile.
     pub pile: ChargingPile,
@@ -16,8 +36,14 @@ pub struct Bench {
     pub sent: Vec<Message>,
     /// Everything it ever sent to the other piles.
     pub gossip: Vec<Message>,
-    /// The tag that stands before the reader.
+    /// The tag of the robot that stands before the reader, and how loud it is.
     pub standing: Option<(TagId, i8)>,
+    /// Power stage, contactor, contacts, sensors.
+    pub plant: Plant,
+    /// The battery of a robot that stands near enough to touch the contacts.
+    pub battery: Option<Battery>,
+    /// What the reader does.
+    pub reader: Reader,
     /// Whether the coordinator answers reports and questions for the time.
     pub coordinator: bool,
     next_command: u32,
@@ -37,6 +63,9 @@ impl Bench {
             sent: Vec::new(),
             gossip: Vec::new(),
             standing: None,
+            plant: Plant::new(),
+            battery: Some(BATTERY),
+            reader: Reader::Sees,
             coordinator: true,
             next_command: 0,
         };
@@ -47,6 +76,7 @@ impl Bench {
     /// One step at the present time; a present coordinator answers at once.
     pub fn step(&mut self, input: Input<'_>) -> Outputs {
         let outputs = self.pile.step(self.now, input);
+        self.plant.command(outputs.power);
         for outgoing in &outputs.messages {
             match outgoing.to {
                 To::Coordinator => self.sent.push(outgoing.message.clone()),
@@ -69,16 +99,26 @@ impl Bench {
         outputs
     }
 
-    /// Lets time pass in steps of 100 ms in which the reader sees what stands there.
+    /// Lets time pass: the sensors are read every 10 ms, and every 100 ms the reader sees what
+    /// stands there.
     pub fn wait(&mut self, ms: u64) {
         for _ in 0..ms.div_ceil(100) {
-            self.now.0 += 100;
-            match self.standing {
-                Some((tag, rssi_dbm)) => self.step(Input::Tag(TagRead { tag, rssi_dbm })),
-                None => self.step(Input::ReaderIdle),
+            (0..100 / SAMPLE.0).for_each(|_| drop(self.sample()));
+            match (self.reader, self.standing) {
+                (Reader::Silent, _) => continue,
+                (Reader::Sees, Some((tag, rssi_dbm))) => self.step(Input::Tag(TagRead { tag, rssi_dbm })),
+                _ => self.step(Input::ReaderIdle),
             };
-            self.step(Input::Tick);
         }
+    }
+
+    /// Lets the time of one sample pass.
+    pub fn sample(&mut self) -> Outputs {
+        self.now = self.now.after(SAMPLE);
+        let touches = self.standing.is_some_and(|(_, rssi_dbm)| rssi_dbm >= -62);
+        self.plant.battery = if touches { self.plant.battery.or(self.battery) } else { None };
+        let sensors = self.plant.sense(self.now);
+        self.step(Input::Sensors(sensors))
     }
 
     /// The site's time.
@@ -119,7 +159,7 @@ impl Bench {
 
     /// Whether the contacts are live after a tick.
     pub fn live(&mut self) -> bool {
-        self.step(Input::Tick).contactor == Contactor::Closed
+        self.step(Input::Tick).power.is_closed()
     }
 
     /// The reports of passes so far, added up: tag, period, passes.

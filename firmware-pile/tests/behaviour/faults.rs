@@ -1,20 +1,8 @@
 //! What a pile does when something in it breaks.
 
-use firmware_pile::Input;
 use protocol::*;
 
-use crate::bench::{Bench, ack, nack, tag};
-
-/// Time passes in which the reader says nothing and the contactor is found `closed`.
-fn wait_with_contactor(bench: &mut Bench, ms: u64, closed: Option<bool>) {
-    for _ in 0..ms.div_ceil(100) {
-        bench.now.0 += 100;
-        match closed {
-            Some(closed) => bench.step(Input::ContactorFeedback { closed }),
-            None => bench.step(Input::Tick),
-        };
-    }
-}
+use crate::bench::{Bench, Reader, ack, nack, tag};
 
 fn faults(bench: &Bench) -> Vec<(FaultCode, bool)> {
     let faults = bench.sent.iter().filter_map(|message| match message {
@@ -41,16 +29,18 @@ fn reason(bench: &Bench) -> Option<EndReason> {
 #[test]
 fn a_reader_that_falls_silent_opens_the_contacts_and_then_is_a_fault() {
     let mut bench = charging();
-    wait_with_contactor(&mut bench, 2_100, None);
+    bench.reader = Reader::Silent;
+    bench.wait(2_200);
     assert!(!bench.live(), "nobody knows whether the robot is still here");
     assert_eq!(reason(&bench), None, "nobody knows that it has left");
-    wait_with_contactor(&mut bench, 3_000, None);
+    bench.wait(3_000);
     assert_eq!(reason(&bench), Some(EndReason::Fault));
     assert_eq!(bench.pile.availability(), Availability::Fault);
     assert_eq!(faults(&bench), [(FaultCode::ReaderSilent, true)]);
 
     let grant = bench.grant(1, 8, 4, 1_000.0);
     assert_eq!(bench.send(grant), nack(&grant, NackReason::Faulted));
+    bench.reader = Reader::Sees;
     bench.standing = None;
     bench.wait(3_000);
     assert_eq!(bench.pile.availability(), Availability::Free);
@@ -62,20 +52,27 @@ fn a_reader_that_falls_silent_opens_the_contacts_and_then_is_a_fault() {
 #[test]
 fn a_reader_that_comes_back_in_time_goes_on_with_the_charge() {
     let mut bench = charging();
-    wait_with_contactor(&mut bench, 3_000, None);
+    bench.reader = Reader::Silent;
+    bench.wait(3_000);
     assert!(!bench.live());
     let elapsed = bench.pile.leases().current().unwrap().charge.unwrap().elapsed();
+    bench.reader = Reader::Sees;
     bench.wait(100);
-    assert!(bench.live());
     assert_eq!(bench.pile.leases().current().unwrap().charge.unwrap().elapsed(), elapsed);
+    bench.wait(1_000);
+    assert!(bench.live());
 }
 
 #[test]
-fn a_contactor_that_does_not_close_ends_the_lease() {
-    let mut bench = charging();
-    wait_with_contactor(&mut bench, 500, Some(false));
+fn a_contactor_that_does_not_close_is_a_fault_even_when_it_is_open_as_told() {
+    let mut bench = Bench::new();
+    let grant = bench.grant(1, 7, 3, 10_000.0);
+    bench.send(grant);
+    bench.plant.jammed = true;
+    bench.standing = Some((tag(3), -45));
+    bench.wait(300);
     assert!(bench.live());
-    wait_with_contactor(&mut bench, 100, Some(false));
+    bench.wait(100);
     assert!(!bench.live());
     assert_eq!(reason(&bench), Some(EndReason::Fault));
     bench.wait(5_000);
@@ -84,20 +81,25 @@ fn a_contactor_that_does_not_close_ends_the_lease() {
 }
 
 #[test]
-fn a_welded_contactor_is_a_fault_until_it_opens() {
+fn a_welded_contactor_stays_a_fault_when_it_opens_after_all() {
     let mut bench = Bench::new();
-    wait_with_contactor(&mut bench, 600, Some(true));
+    bench.plant.welded = true;
+    bench.wait(400);
     assert_eq!(bench.pile.availability(), Availability::Fault);
-    wait_with_contactor(&mut bench, 100, Some(false));
-    assert_eq!(bench.pile.availability(), Availability::Free);
-    assert_eq!(faults(&bench), [(FaultCode::ContactorWelded, true), (FaultCode::ContactorWelded, false)]);
+    bench.plant.welded = false;
+    bench.wait(5_000);
+    assert_eq!(bench.pile.availability(), Availability::Fault);
+    assert_eq!(faults(&bench), [(FaultCode::ContactorWelded, true)]);
+    let grant = bench.grant(1, 8, 4, 1_000.0);
+    assert_eq!(bench.send(grant), nack(&grant, NackReason::Faulted));
 }
 
 #[test]
 fn a_fault_is_repeated_until_it_is_acknowledged_and_nothing_overtakes_it() {
     let mut bench = Bench::new();
     bench.coordinator = false;
-    wait_with_contactor(&mut bench, 600, Some(true));
+    bench.plant.welded = true;
+    bench.wait(600);
     bench.standing = Some((tag(3), -45));
     bench.wait(5_000);
     let reports = |bench: &Bench| -> Vec<u32> {
@@ -125,7 +127,8 @@ fn a_charged_robot_that_a_silent_reader_does_not_see_still_occupies_the_pile() {
     let lease = bench.pile.leases().current().unwrap().name;
     let head = bench.head();
     bench.hear(Message::Revoke(Revoke { head, lease }));
-    wait_with_contactor(&mut bench, 4_000, None);
+    bench.reader = Reader::Silent;
+    bench.wait(4_000);
     assert_eq!(bench.pile.availability(), Availability::Done);
     let grant = bench.grant(1, 8, 4, 1_000.0);
     assert_eq!(bench.send(grant), nack(&grant, NackReason::Occupied));

@@ -11,14 +11,32 @@ use crate::witness::Witness;
 enum Event {
     Sleep(u64),
     StepBack(u64),
-    Stand { robot: u16, reads: u8 },
-    Read { robot: u16, rssi_dbm: i8 },
+    /// The sensors are read, the reader too, and the robot touches the contacts.
+    Stand {
+        robot: u16,
+        reads: u8,
+    },
+    Sense(u32),
+    Touch(bool),
+    Read {
+        robot: u16,
+        rssi_dbm: i8,
+    },
     ReadNothing,
-    FindContactor(bool),
+    Weld(bool),
+    Jam(bool),
     Synchronise,
     Acknowledge(u32),
-    Grant { lease: LeaseRef, charge_ms: u16, life_ms: u16, lease_ms: u16 },
-    Revoke { lease: LeaseRef, life_ms: u16 },
+    Grant {
+        lease: LeaseRef,
+        charge_ms: u16,
+        life_ms: u16,
+        lease_ms: u16,
+    },
+    Revoke {
+        lease: LeaseRef,
+        life_ms: u16,
+    },
     Repeat(usize),
 }
 
@@ -27,14 +45,18 @@ fn tell(witness: &mut Witness, event: &Event) {
         Event::Sleep(ms) => witness.sleep(ms),
         Event::StepBack(ms) => witness.step_back(ms),
         Event::Stand { robot, reads } => {
+            witness.touch(true);
             for _ in 0..reads {
-                witness.sleep(100);
+                witness.sense(100);
                 witness.read(robot, -45);
             }
         }
         Event::Read { robot, rssi_dbm } => witness.read(robot, rssi_dbm),
         Event::ReadNothing => witness.read_nothing(),
-        Event::FindContactor(closed) => witness.find_contactor(closed),
+        Event::Sense(ms) => witness.sense(ms),
+        Event::Touch(touches) => witness.touch(touches),
+        Event::Weld(welded) => witness.plant.welded = welded,
+        Event::Jam(jammed) => witness.plant.jammed = jammed,
         Event::Synchronise => witness.synchronise(),
         Event::Acknowledge(report) => witness.acknowledge(report),
         Event::Grant { lease, charge_ms, life_ms, lease_ms } => {
@@ -65,7 +87,10 @@ fn any_event() -> impl Strategy<Value = Event> {
         8 => (0u16..3, 1u8..60).prop_map(|(robot, reads)| Event::Stand { robot, reads }),
         4 => (0u16..3, -75i8..-50).prop_map(|(robot, rssi_dbm)| Event::Read { robot, rssi_dbm }),
         3 => Just(Event::ReadNothing),
-        2 => prop::bool::ANY.prop_map(Event::FindContactor),
+        2 => (0u32..600).prop_map(Event::Sense),
+        2 => prop::bool::ANY.prop_map(Event::Touch),
+        1 => prop::bool::weighted(0.1).prop_map(Event::Weld),
+        1 => prop::bool::weighted(0.1).prop_map(Event::Jam),
         4 => Just(Event::Synchronise),
         2 => (0u32..8).prop_map(Event::Acknowledge),
         8 => any_grant,

@@ -4,8 +4,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use firmware_pile::{
-    ChargingPile, Contactor, Input, Outputs, Parameters, TagRead, faults::READER_TIMEOUT,
+    ChargingPile, Input, Outputs, Parameters, Power, Sensors, TagRead,
+    faults::READER_TIMEOUT,
     lease::EXTENSION_GRACE,
+    plant::{Battery, Plant},
 };
 use protocol::*;
 
@@ -16,7 +18,7 @@ struct Promise {
     tag: TagId,
     expiry: SiteMillis,
     planned: Option<DurationMs>,
-    /// The contacts were live under it before it ran out.
+    /// Its charge began before it ran out.
     begun: bool,
     live: DurationMs,
     heard_past_expiry: Option<Millis>,
@@ -28,7 +30,12 @@ pub struct Witness {
     pile: ChargingPile,
     parameters: Parameters,
     now: Millis,
-    contactor: Contactor,
+    /// What the pile's board is connected to.
+    pub plant: Plant,
+    sensed: Option<(Millis, Sensors)>,
+    power: Power,
+    /// Since when something forbids live contacts that are live.
+    forbidden_since: Option<Millis>,
     commands: Vec<Message>,
     obeyed: BTreeSet<(Epoch, CommandId)>,
     promises: BTreeMap<LeaseId, Promise>,
@@ -54,7 +61,10 @@ impl Witness {
             pile: ChargingPile::new(parameters),
             parameters,
             now: Millis(0),
-            contactor: Contactor::Open,
+            plant: Plant::new(),
+            sensed: None,
+            power: Power::OFF,
+            forbidden_since: None,
             commands: Vec::new(),
             obeyed: BTreeSet::new(),
             promises: BTreeMap::new(),
@@ -102,8 +112,19 @@ impl Witness {
         self.step(Input::ReaderIdle);
     }
 
-    pub fn find_contactor(&mut self, closed: bool) {
-        self.step(Input::ContactorFeedback { closed });
+    /// The sensors are read for so long, every 10 ms.
+    pub fn sense(&mut self, ms: u32) {
+        for _ in 0..ms / 10 {
+            self.pass_to(self.now.after(DurationMs(10)));
+            let sensors = self.plant.sense(self.now);
+            self.sensed = Some((self.now, sensors));
+            self.step(Input::Sensors(sensors));
+        }
+    }
+
+    /// A robot comes to the contacts, or leaves them.
+    pub fn touch(&mut self, touches: bool) {
+        self.plant.battery = touches.then_some(Battery::new(1.0e6, 0.5e6));
     }
 
     /// The coordinator answers the last question for the time.
@@ -207,8 +228,9 @@ impl Witness {
     }
 
     fn pass_to(&mut self, now: Millis) {
-        if self.contactor == Contactor::Closed
+        if self.power.is_closed()
             && let Some(promise) = self.holder.and_then(|holder| self.promises.get_mut(&holder))
+            && promise.begun
         {
             promise.live.0 += now.since(self.now).0;
         }
@@ -230,11 +252,89 @@ impl Witness {
         }
         let holder = self.pile.leases().current().map(|lease| lease.name.lease);
         self.judge_holder(holder);
-        self.contactor = outputs.contactor;
-        assert_eq!(self.pile.energised(), outputs.contactor == Contactor::Closed);
-        if outputs.contactor == Contactor::Closed {
-            self.judge_live();
+        self.judge_beginning();
+        self.judge_power(outputs.power);
+        assert_eq!(self.pile.energised(), outputs.power.is_closed());
+    }
+
+    /// The contacts become live at no current and only while nothing forbids it. Once something
+    /// does, they get no more current and are dead soon: at once, if it cannot wait.
+    fn judge_power(&mut self, power: Power) {
+        let before = std::mem::replace(&mut self.power, power);
+        self.plant.command(power);
+        assert!((0.0..=self.parameters.limits.current_max_a).contains(&power.current_limit_a));
+        if !power.is_closed() {
+            assert_eq!(power.current_limit_a, 0.0);
+            self.forbidden_since = None;
+            return;
         }
+        assert!(before.is_closed() || power.current_limit_a == 0.0, "the contactor closed under load");
+        let forbidden = self.forbids();
+        if let Some(why) = &forbidden {
+            assert!(before.is_closed(), "the contactor closed though {why}");
+            self.forbidden_since.get_or_insert(self.now);
+        } else {
+            self.live_steps += 1;
+        }
+        let sensors = self.sensed.expect("live contacts without sensors").1;
+        assert!(!sensors.emergency_stop, "closed with the emergency stop pressed");
+        let over_a = 1.1 * self.parameters.limits.current_max_a;
+        assert!(
+            sensors.output_a.abs() <= over_a || sensors.output_a.is_nan(),
+            "closed at {} A",
+            sensors.output_a
+        );
+        if let Some(since) = self.forbidden_since {
+            assert!(power.current_limit_a <= before.current_limit_a, "more current though {forbidden:?}");
+            let late = self.now.since(since);
+            assert!(late < DurationMs(300), "closed {late:?} after {forbidden:?}");
+        }
+    }
+
+    /// Why the contacts must not be live, if so.
+    fn forbids(&self) -> Option<String> {
+        let reason = |reason: &str| Some(reason.to_owned());
+        let Some(promise) = self.holder.map(|holder| &self.promises[&holder]) else {
+            return reason("no lease is held");
+        };
+        if self.pile.leases().current().is_none_or(|lease| lease.charge.is_none()) {
+            return reason("no charge has begun");
+        }
+        let read_lately = |read: &Millis| self.now.since(*read) < self.parameters.tag_timeout;
+        if !self.last_read.get(&promise.tag).is_some_and(read_lately) {
+            return reason("the tag was not read lately");
+        }
+        if self.now.since(self.reader_heard) >= READER_TIMEOUT {
+            return reason("the reader is silent");
+        }
+        if self.site_now() >= promise.expiry
+            && promise.heard_past_expiry.is_some_and(|heard| self.now.since(heard) >= EXTENSION_GRACE)
+        {
+            return reason("the coordinator has not extended the lease");
+        }
+        if !self.pile.faults().standing().is_empty() {
+            return Some(format!("there are faults: {:?}", self.pile.faults()));
+        }
+        match self.sensed {
+            Some((at, sensors)) if self.now.since(at) < DurationMs(250) => forbidden_by(&sensors),
+            _ => reason("the sensors were not read lately"),
+        }
+    }
+
+    /// A charge begins before its lease has run out, and while its robot is alone at the contacts.
+    fn judge_beginning(&mut self) {
+        let Some(lease) = self.pile.leases().current().filter(|lease| lease.charge.is_some()) else { return };
+        let site_now = self.site_now();
+        let Some(promise) = self.promises.get_mut(&lease.name.lease).filter(|promise| !promise.begun) else {
+            return;
+        };
+        promise.begun = true;
+        assert!(site_now < promise.expiry, "a charge began under a lease that had run out");
+        assert!(self.sensed.is_some_and(|(_, sensors)| sensors.mated), "a charge began without a robot");
+        let lately = |read: &Millis| self.now.since(*read) < self.parameters.tag_timeout;
+        let strangers =
+            self.last_strong_read.iter().filter(|(tag, read)| **tag != promise.tag && lately(read));
+        assert_eq!(strangers.count(), 0, "a charge began though another robot stood at the contacts");
     }
 
     /// There is one lease at a time, and one that is over does not come back.
@@ -256,37 +356,12 @@ impl Witness {
         self.holder = holder;
     }
 
-    fn judge_live(&mut self) {
-        self.live_steps += 1;
-        let holder = self.holder.expect("live contacts need a lease");
-        let site_now = self.site_now();
-        let promise = self.promises.get_mut(&holder).unwrap();
-        let last_read = self.last_read.get(&promise.tag).expect("the lease's tag was never read");
-        assert!(self.now.since(*last_read) < self.parameters.tag_timeout, "the tag was not read lately");
-        assert!(self.now.since(self.reader_heard) < READER_TIMEOUT, "the reader is silent");
-        assert_ne!(self.pile.availability(), Availability::Fault);
-        if !promise.begun {
-            let lately = |read: &Millis| self.now.since(*read) < self.parameters.tag_timeout;
-            let strangers =
-                self.last_strong_read.iter().filter(|(tag, read)| **tag != promise.tag && lately(read));
-            assert_eq!(strangers.count(), 0, "a charge began though another robot stood at the contacts");
-        }
-        if site_now < promise.expiry {
-            promise.begun = true;
-        } else {
-            assert!(promise.begun, "a charge began under a lease that had run out");
-            let heard = promise.heard_past_expiry.map_or(DurationMs(0), |heard| self.now.since(heard));
-            assert!(heard < EXTENSION_GRACE, "the coordinator has not extended the lease");
-        }
-    }
-
     fn judge_state(&mut self, state: &PileState) {
         assert!(state.row.version > self.version);
         self.version = state.row.version;
         assert!((0.0..=1.0).contains(&state.row.remaining.get()));
         let Some(holder) = state.holder.filter(|_| state.row.availability == Availability::Charging) else {
             assert_eq!(state.row.remaining, Fraction::MIN);
-            assert!(!state.energised);
             return;
         };
         let promise = self.promises.get_mut(&holder.lease).expect("a lease that was acknowledged");
@@ -294,5 +369,19 @@ impl Witness {
         assert!(state.row.remaining <= promise.remaining, "the charge went backwards");
         promise.remaining = state.row.remaining;
         assert_eq!(state.elapsed, promise.live);
+    }
+}
+
+/// What the numbers of a pile for 24 V batteries forbid.
+fn forbidden_by(sensors: &Sensors) -> Option<String> {
+    let Sensors { output_v, output_a, contact_c, mated, mains, .. } = *sensors;
+    let says = |text: String| Some(text);
+    match () {
+        () if !mated => says("nothing touches the contacts".into()),
+        () if !mains => says("the mains are lost".into()),
+        () if !(15.0..=30.0).contains(&output_v) => says(format!("{output_v} V")),
+        () if !(-30.0..80.0).contains(&contact_c) => says(format!("{contact_c} degrees")),
+        () if !output_a.is_finite() => says(format!("{output_a} A")),
+        () => None,
     }
 }

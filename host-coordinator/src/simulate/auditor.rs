@@ -9,6 +9,7 @@ use std::{
     fmt,
 };
 
+use firmware_pile::plant::Plant;
 use protocol::{DurationMs, LeaseId, LeaseRef, Millis, PileId, PileState, RobotId};
 
 /// How long pile and coordinator may disagree about a holder: news need time to travel.
@@ -21,10 +22,18 @@ const MEMORY: DurationMs = DurationMs(600_000);
 pub struct Sight {
     /// What its core said last.
     pub said: PileState,
-    /// Whether its contactor is closed.
-    pub closed: bool,
+    /// Whether it wants current at its contacts.
+    pub live: bool,
     /// Who stands on its contacts.
     pub at_contacts: Vec<RobotId>,
+}
+
+impl Sight {
+    /// What is seen of a pile that has `said` something, with this charger.
+    #[must_use]
+    pub fn new(said: PileState, plant: &Plant, at_contacts: Vec<RobotId>) -> Self {
+        Self { said, live: plant.power().current_limit_a > 0.0, at_contacts }
+    }
 }
 
 /// What the coordinator says of one pile: that it had accepted a lease of a robot.
@@ -136,7 +145,7 @@ impl Auditor {
     }
 
     fn check_contacts(&mut self, pile: PileId, sight: &Sight) {
-        if !sight.closed {
+        if !sight.live {
             return;
         }
         for &robot in &sight.at_contacts {
@@ -204,7 +213,7 @@ mod tests {
             planned: DurationMs(0),
         };
         let said = PileState { row, elapsed: DurationMs(0), holder, energised: false, ended: None };
-        Sight { said, closed: false, at_contacts: Vec::new() }
+        Sight { said, live: false, at_contacts: Vec::new() }
     }
 
     fn found(looks: impl IntoIterator<Item = (u64, Vec<(PileId, Sight)>)>) -> Vec<Violation> {
@@ -218,7 +227,7 @@ mod tests {
     #[test]
     fn a_charge_of_the_holder_and_its_orderly_end_are_fine() {
         let holder = lease(1, 7);
-        let charging = Sight { closed: true, at_contacts: vec![RobotId(7)], ..sight(Some(holder)) };
+        let charging = Sight { live: true, at_contacts: vec![RobotId(7)], ..sight(Some(holder)) };
         let mut next = sight(Some(lease(2, 8)));
         next.said.ended =
             Some(EndedLease { lease: holder, reason: EndReason::Completed, charged: DurationMs(1) });
@@ -227,8 +236,8 @@ mod tests {
 
     #[test]
     fn energy_for_a_robot_without_the_lease_is_found() {
-        let stranger = Sight { closed: true, at_contacts: vec![RobotId(8)], ..sight(Some(lease(1, 7))) };
-        let nobody = Sight { closed: true, at_contacts: vec![RobotId(9)], ..sight(None) };
+        let stranger = Sight { live: true, at_contacts: vec![RobotId(8)], ..sight(Some(lease(1, 7))) };
+        let nobody = Sight { live: true, at_contacts: vec![RobotId(9)], ..sight(None) };
         let robot = |robot| Violation::WrongRobot { pile: PILE, robot: RobotId(robot) };
         assert_eq!(found([(0, vec![(PILE, stranger)]), (1, vec![(PILE, nobody)])]), [robot(9), robot(8)]);
     }

@@ -1,9 +1,12 @@
-//! A simulated pile: the real firmware core between its own socket and the world's reader field
-//! and contacts.
+//! A simulated pile: the real firmware core between its own socket, the world's reader field, and a
+//! modelled charger that the world's robots stand on.
 
 use std::{io, net::SocketAddr, slice};
 
-use firmware_pile::{ChargingPile, Contactor, Input, Outputs, Parameters, TagRead, To};
+use firmware_pile::{
+    ChargingPile, Input, Outputs, Parameters, TagRead, To,
+    plant::{Battery, Plant},
+};
 use protocol::{DeviceId, Message, Millis, PileState, TagId};
 
 use super::link::Link;
@@ -15,7 +18,7 @@ pub struct PileNode {
     link: Link,
     coordinator: SocketAddr,
     peers: Vec<SocketAddr>,
-    contactor: Contactor,
+    plant: Plant,
     said: Option<PileState>,
 }
 
@@ -27,7 +30,7 @@ impl PileNode {
     pub async fn start(parameters: Parameters, coordinator: SocketAddr) -> io::Result<Self> {
         let link = Link::bind(DeviceId::Pile(parameters.pile)).await?;
         let core = ChargingPile::new(parameters);
-        Ok(Self { core, link, coordinator, peers: Vec::new(), contactor: Contactor::Open, said: None })
+        Ok(Self { core, link, coordinator, peers: Vec::new(), plant: Plant::new(), said: None })
     }
 
     /// Where the other piles reach this one.
@@ -43,8 +46,9 @@ impl PileNode {
         self.peers = peers;
     }
 
-    /// One poll of the reader, of the contactor's feedback and of the socket.
-    pub fn step(&mut self, now: Millis, reads: &[(TagId, i8)]) {
+    /// One poll of the socket, of the reader, and of the sensors at contacts on which a robot with
+    /// this battery stands.
+    pub fn step(&mut self, now: Millis, reads: &[(TagId, i8)], battery: Option<Battery>) {
         for frame in self.link.received() {
             self.input(now, Input::Frame(&frame));
         }
@@ -54,14 +58,15 @@ impl PileNode {
         for &(tag, rssi_dbm) in reads {
             self.input(now, Input::Tag(TagRead { tag, rssi_dbm }));
         }
-        let closed = self.closed();
-        self.input(now, Input::ContactorFeedback { closed });
+        self.plant.battery = battery;
+        let sensors = self.plant.sense(now);
+        self.input(now, Input::Sensors(sensors));
     }
 
-    /// Whether the contactor is closed.
+    /// Its charger.
     #[must_use]
-    pub fn closed(&self) -> bool {
-        self.contactor == Contactor::Closed
+    pub const fn plant(&self) -> &Plant {
+        &self.plant
     }
 
     /// What the pile last said of itself.
@@ -72,8 +77,8 @@ impl PileNode {
 
     fn input(&mut self, now: Millis, input: Input<'_>) {
         // The simulated pile never loses its memory, so there is no epoch to store.
-        let Outputs { contactor, messages, .. } = self.core.step(now, input);
-        self.contactor = contactor;
+        let Outputs { power, messages, .. } = self.core.step(now, input);
+        self.plant.command(power);
         for outgoing in messages {
             if let Message::PileState(state) = &outgoing.message {
                 self.said = Some(*state);

@@ -1,11 +1,7 @@
 //! The whole simulated site around a coordinator: piles and robots on their sockets, the world
 //! between them, and the auditor who watches.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    io,
-    net::SocketAddr,
-};
+use std::{collections::BTreeMap, io, net::SocketAddr};
 
 use firmware_pile::Parameters;
 use protocol::{Activity, DurationMs, Millis, PileId, RobotId};
@@ -19,8 +15,7 @@ use super::{
     world::World,
 };
 
-/// How often sensors are read and contactors commanded: as often as a pile has to be told the
-/// time.
+/// How often sensors are read and chargers commanded: as often as a pile's sensors have to be.
 pub const STEP: DurationMs = DurationMs(100);
 
 /// A site that runs.
@@ -63,11 +58,10 @@ impl Simulation {
     /// Lets [`STEP`] pass.
     pub fn step(&mut self) {
         self.now = self.now.after(STEP);
-        let closed: BTreeSet<PileId> =
-            self.piles.iter().filter(|(_, node)| node.closed()).map(|(&pile, _)| pile).collect();
-        self.world.step(STEP, &closed);
+        let supplies = self.piles.iter().filter_map(|(&pile, node)| Some((pile, node.plant().supply_w()?)));
+        self.world.step(STEP, &supplies.collect());
         for (&pile, node) in &mut self.piles {
-            node.step(self.now, &self.world.read(pile));
+            node.step(self.now, &self.world.read(pile), self.world.battery(pile));
         }
         for (&robot, node) in &mut self.robots {
             let Some(sensed) = self.world.sense(robot) else { continue };
@@ -116,7 +110,7 @@ impl Simulation {
     fn audit(&mut self) {
         let sights = self.piles.iter().filter_map(|(&pile, node)| {
             let at_contacts = self.world.at_contacts(pile).collect();
-            Some((pile, Sight { said: node.said()?, closed: node.closed(), at_contacts }))
+            Some((pile, Sight::new(node.said()?, node.plant(), at_contacts)))
         });
         self.auditor.look(self.now, &sights.collect());
     }

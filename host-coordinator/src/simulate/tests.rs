@@ -3,7 +3,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use firmware_pile::{ChargingPile, Contactor, Parameters, TagRead, To};
+use firmware_pile::{ChargingPile, Parameters, TagRead, To, plant::Plant};
 use protocol::*;
 
 use super::{
@@ -22,7 +22,7 @@ use crate::{
 /// A pile and the end of its wire.
 struct Pile {
     core: ChargingPile,
-    closed: bool,
+    plant: Plant,
     said: Option<PileState>,
 }
 
@@ -69,7 +69,7 @@ impl Lockstep {
         let fleet = Fleet::new(&site, 10, seed);
         let pile = |pile: &crate::site::SitePile| {
             let core = ChargingPile::new(Parameters::new(pile.id, pile.power_w));
-            (pile.id, Pile { core, closed: false, said: None })
+            (pile.id, Pile { core, plant: Plant::new(), said: None })
         };
         let piles = site.piles.iter().map(pile).collect();
         let mut coordinator = Coordinator::recover(Arc::clone(&site), Policy::default(), &fleet.configs, &[]);
@@ -85,8 +85,8 @@ impl Lockstep {
 
     fn step(&mut self) {
         self.now = self.now.after(STEP);
-        let closed = self.piles.iter().filter(|(_, pile)| pile.closed).map(|(&id, _)| id).collect();
-        self.fleet.world.step(STEP, &closed);
+        let supplies = self.piles.iter().filter_map(|(&id, pile)| Some((id, pile.plant.supply_w()?)));
+        self.fleet.world.step(STEP, &supplies.collect());
         let frames = self.wire.receive(DeviceId::Coordinator).into_iter().map(Input::Frame);
         frames.chain([Input::Tick]).for_each(|input| self.coordinate(input));
         let piles: Vec<PileId> = self.piles.keys().copied().collect();
@@ -111,10 +111,11 @@ impl Lockstep {
         let reads = self.fleet.world.read(id);
         let mut inputs: Vec<Input<'_>> = frames.iter().map(Input::Frame).collect();
         inputs.extend(reads.iter().map(|&(tag, rssi_dbm)| Input::Tag(TagRead { tag, rssi_dbm })));
-        inputs.extend([Input::ReaderIdle, Input::ContactorFeedback { closed: pile.closed }]);
+        pile.plant.battery = self.fleet.world.battery(id);
+        inputs.extend([Input::ReaderIdle, Input::Sensors(pile.plant.sense(self.now))]);
         for input in inputs {
             let outputs = pile.core.step(self.now, input);
-            pile.closed = outputs.contactor == Contactor::Closed;
+            pile.plant.command(outputs.power);
             for outgoing in outputs.messages {
                 if let Message::PileState(state) = &outgoing.message {
                     pile.said = Some(*state);
@@ -161,7 +162,7 @@ impl Lockstep {
         let world = &self.fleet.world;
         let sights = self.piles.iter().filter_map(|(&id, pile)| {
             let at_contacts = world.at_contacts(id).collect();
-            Some((id, Sight { said: pile.said?, closed: pile.closed, at_contacts }))
+            Some((id, Sight::new(pile.said?, &pile.plant, at_contacts)))
         });
         self.auditor.look(self.now, &sights.collect());
     }

@@ -4,8 +4,9 @@
 //! own sensors tell ([`World::sense`], [`World::read`]). Robots drive through one another: only a
 //! pile's one place is contended. Times are steps of simulated time that the caller chooses.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
+use firmware_pile::plant::Battery;
 use protocol::{DurationMs, PileId, RobotId, TagId};
 
 use super::ground::{Point, Route, follow};
@@ -117,16 +118,16 @@ pub struct World {
 }
 
 impl World {
-    /// Lets `time` pass while the contactors of the piles in `closed` are closed.
-    pub fn step(&mut self, time: DurationMs, closed: &BTreeSet<PileId>) {
+    /// Lets `time` pass. The piles in `supplies` have their contactors closed and give so many watts.
+    pub fn step(&mut self, time: DurationMs, supplies: &BTreeMap<PileId, f32>) {
         let seconds = f64::from(time.0) / 1000.0;
         for body in self.bodies.values_mut() {
             body.drive(seconds);
-            let post =
-                self.posts.iter().find(|(pile, post)| closed.contains(pile) && body.touches(post.position));
-            body.contacts_live = post.is_some();
-            if let Some((_, post)) = post {
-                body.energy_j = (body.energy_j + post.power_w * seconds).min(body.build.full_j);
+            let touched = |pile| self.posts.get(pile).is_some_and(|post| body.touches(post.position));
+            let supply = supplies.iter().find(|(pile, _)| touched(pile));
+            body.contacts_live = supply.is_some();
+            if let Some((_, supply_w)) = supply {
+                body.energy_j = (body.energy_j + f64::from(*supply_w) * seconds).min(body.build.full_j);
             }
         }
     }
@@ -159,6 +160,13 @@ impl World {
             (rssi_dbm >= READER_FLOOR_DBM).then_some((body.build.tag, rssi_dbm as i8))
         };
         self.bodies.values().filter_map(heard).collect()
+    }
+
+    /// The battery of the robot that stands on `pile`'s contacts.
+    #[must_use]
+    pub fn battery(&self, pile: PileId) -> Option<Battery> {
+        let body = self.at_contacts(pile).next().and_then(|robot| self.bodies.get(&robot))?;
+        Some(Battery::new(body.build.full_j as f32, body.energy_j as f32))
     }
 
     /// The robots that stand on `pile`'s contacts.
@@ -202,16 +210,16 @@ mod tests {
     #[test]
     fn a_robot_is_charged_on_live_contacts_only_and_never_beyond_full() {
         let mut world = world(&[(ROBOT, 0.0), (OTHER, 1.0)]);
-        world.step(SECOND, &BTreeSet::new());
+        world.step(SECOND, &BTreeMap::new());
         assert_eq!(world.bodies[&ROBOT].energy_j, 99.0);
         assert!(!world.sense(ROBOT).unwrap().contacts_live);
-        world.step(SECOND, &[PILE].into());
+        world.step(SECOND, &[(PILE, 50.0)].into());
         assert_eq!(world.bodies[&ROBOT].energy_j, 148.0);
         assert_eq!(world.bodies[&OTHER].energy_j, 98.0);
         assert!(world.sense(ROBOT).unwrap().contacts_live);
         assert!(!world.sense(OTHER).unwrap().contacts_live);
         for _ in 0..60 {
-            world.step(SECOND, &[PILE].into());
+            world.step(SECOND, &[(PILE, 50.0)].into());
         }
         assert_eq!(world.bodies[&ROBOT].energy_j, 1_000.0);
     }
@@ -221,7 +229,7 @@ mod tests {
         let mut world = world(&[(ROBOT, 0.0)]);
         let body = world.bodies.get_mut(&ROBOT).unwrap();
         (body.route, body.moving) = ([point(3.0)].into(), true);
-        world.step(DurationMs(100), &[PILE].into());
+        world.step(DurationMs(100), &[(PILE, 50.0)].into());
         assert!(!world.sense(ROBOT).unwrap().contacts_live);
         assert_eq!(world.at_contacts(PILE).count(), 0);
     }
@@ -231,11 +239,11 @@ mod tests {
         let mut world = world(&[(ROBOT, 0.0)]);
         let body = world.bodies.get_mut(&ROBOT).unwrap();
         (body.route, body.moving) = ([point(3.0), point(1_000.0)].into(), true);
-        world.step(SECOND, &BTreeSet::new());
+        world.step(SECOND, &BTreeMap::new());
         assert_eq!(world.bodies[&ROBOT].position, point(0.5));
         assert_eq!(world.bodies[&ROBOT].energy_j, 100.0 - 1.0 - 5.0);
         for _ in 0..60 {
-            world.step(SECOND, &BTreeSet::new());
+            world.step(SECOND, &BTreeMap::new());
         }
         let body = &world.bodies[&ROBOT];
         assert_eq!(body.energy_j, 0.0);
@@ -279,7 +287,7 @@ mod tests {
                 let body = world.bodies.get_mut(&ROBOT).unwrap();
                 body.moving = moving;
                 body.route = [point(x_m), point(0.0)].into();
-                world.step(DurationMs(time), &closed.then_some(PILE).into_iter().collect());
+                world.step(DurationMs(time), &closed.then_some((PILE, 50.0)).into_iter().collect());
                 let energy_j = world.bodies[&ROBOT].energy_j;
                 prop_assert!((0.0..=BUILD.full_j).contains(&energy_j), "{energy_j}");
             }

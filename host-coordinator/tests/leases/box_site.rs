@@ -6,7 +6,10 @@ use std::{
     sync::Arc,
 };
 
-use firmware_pile::{ChargingPile, Contactor, Input as PileInput, Parameters, TagRead, To};
+use firmware_pile::{
+    ChargingPile, Input as PileInput, Parameters, TagRead, To,
+    plant::{Battery, Plant},
+};
 use host_coordinator::{
     config::{Policy, RobotConfig},
     core::{
@@ -73,6 +76,7 @@ pub struct Trouble {
 struct Pile {
     core: ChargingPile,
     sessions: Sessions,
+    plant: Plant,
     boot: BootEpoch,
     stored_epoch: Epoch,
     started: u64,
@@ -268,15 +272,34 @@ impl BoxSite {
                 let pile = Pile::new(id, boot, pile.stored_epoch, self.now, pile.cell_position);
                 self.piles.insert(id, pile);
             }
-            let docked = self
-                .robots
-                .values()
-                .find(|robot| matches!(robot.mode, Mode::Docked { pile, .. } if pile == id));
-            let read = docked.map(|robot| TagRead { tag: robot.config.tag, rssi_dbm: -45 });
+            let docked = self.docked(id).map(|robot| robot.config.tag);
+            let read = docked.map(|tag| TagRead { tag, rssi_dbm: -45 });
             self.step_pile(id, read.map_or(PileInput::ReaderIdle, PileInput::Tag));
-            let closed = self.piles[&id].core.energised();
-            self.step_pile(id, PileInput::ContactorFeedback { closed });
-            self.step_pile(id, PileInput::Tick);
+            let pile = self.piles.get_mut(&id).unwrap();
+            pile.plant.battery = docked.map(|_| Battery::new(FULL_J, 0.5 * FULL_J));
+            let sensors = pile.plant.sense(Millis(self.now - pile.started));
+            self.step_pile(id, PileInput::Sensors(sensors));
+            self.check_live(id);
+        }
+    }
+
+    fn docked(&self, id: PileId) -> Option<&Robot> {
+        self.robots.values().find(|robot| matches!(robot.mode, Mode::Docked { pile, .. } if pile == id))
+    }
+
+    /// Current is given under a lease only, and to nobody but its holder. A robot that has just left
+    /// is still believed for the reader's timeout.
+    fn check_live(&self, id: PileId) {
+        let core = &self.piles[&id].core;
+        if core.power().current_limit_a > 0.0 {
+            let holder = core.leases().current().map(|lease| lease.name.robot);
+            let docked = self.docked(id).map(|robot| robot.config.id);
+            assert!(holder.is_some(), "seed {}: pile {id} is live without a lease", self.seed);
+            assert!(
+                docked.is_none() || docked == holder,
+                "seed {}: pile {id} charges {docked:?} for {holder:?}",
+                self.seed
+            );
         }
     }
 
@@ -284,21 +307,7 @@ impl BoxSite {
         let Some(pile) = self.piles.get_mut(&id) else { return };
         let outputs = pile.core.step(Millis(self.now - pile.started), input);
         pile.stored_epoch = outputs.store_epoch.unwrap_or(pile.stored_epoch);
-        if outputs.contactor == Contactor::Closed {
-            let holder = pile.core.leases().current().map(|lease| lease.name.robot);
-            let docked = self
-                .robots
-                .values()
-                .find(|robot| matches!(robot.mode, Mode::Docked { pile, .. } if pile == id));
-            let docked = docked.map(|robot| robot.config.id);
-            assert!(holder.is_some(), "seed {}: pile {id} is live without a lease", self.seed);
-            // A robot that has just left is still believed for the reader's timeout.
-            assert!(
-                docked.is_none() || docked == holder,
-                "seed {}: pile {id} charges {docked:?} for {holder:?}",
-                self.seed
-            );
-        }
+        pile.plant.command(outputs.power);
         let mut post = Vec::new();
         for outgoing in outputs.messages {
             let to: Vec<_> = match outgoing.to {
@@ -465,6 +474,7 @@ impl Pile {
         Self {
             core: ChargingPile::new(parameters),
             sessions: Sessions::insecure(DeviceId::Pile(id), boot),
+            plant: Plant::new(),
             boot,
             stored_epoch: highest_epoch,
             started,

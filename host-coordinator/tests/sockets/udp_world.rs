@@ -11,7 +11,10 @@ use std::{
     time::Duration,
 };
 
-use firmware_pile::{ChargingPile, Input as PileInput, Parameters, TagRead, To};
+use firmware_pile::{
+    ChargingPile, Input as PileInput, Parameters, TagRead, To,
+    plant::{Battery, Plant},
+};
 use host_coordinator::{config::RobotConfig, daemon::SiteClock, site::Site};
 use protocol::{
     Activity, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Frame, LeaseId, Message,
@@ -118,6 +121,7 @@ struct Pile {
     id: PileId,
     place: Position,
     core: ChargingPile,
+    plant: Plant,
     socket: UdpSocket,
     sessions: Sessions,
 }
@@ -130,6 +134,7 @@ impl Pile {
             id,
             place: site.position(site.pile(id).unwrap().cell),
             core: ChargingPile::new(parameters),
+            plant: Plant::new(),
             socket: socket(coordinator),
             sessions: Sessions::insecure(DeviceId::Pile(id), BootEpoch(1)),
         }
@@ -139,10 +144,13 @@ impl Pile {
         let frames = hear(&self.socket, &mut self.sessions);
         let docked = robots.iter().find(|robot| robot.docked == Some(self.id));
         let read = docked.map(|robot| PileInput::Tag(TagRead { tag: robot.config.tag, rssi_dbm: -40 }));
-        let feedback = PileInput::ContactorFeedback { closed: self.core.energised() };
-        let rest = [feedback, read.unwrap_or(PileInput::ReaderIdle), PileInput::Tick];
+        let battery = Battery::new(1.0e6, 0.5e6);
+        self.plant.battery = docked.is_some().then(|| self.plant.battery.unwrap_or(battery));
+        let rest = [read.unwrap_or(PileInput::ReaderIdle), PileInput::Sensors(self.plant.sense(now))];
         for input in frames.iter().map(PileInput::Frame).chain(rest) {
-            for outgoing in self.core.step(now, input).messages {
+            let outputs = self.core.step(now, input);
+            self.plant.command(outputs.power);
+            for outgoing in outputs.messages {
                 if outgoing.to == To::Coordinator {
                     send(&self.socket, &mut self.sessions, &outgoing.message);
                 }

@@ -48,8 +48,8 @@ pub struct Grant {
     pub energy: EnergyJ,
 }
 
-/// Ends a lease. The pile opens its contacts first, then answers. Revoking a lease that has
-/// ended is acknowledged.
+/// Ends a lease. The pile answers when it has ended; the current is gone within 0.1 s, and the
+/// contacts are dead within 0.3 s. Revoking a lease that has ended is acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Revoke {

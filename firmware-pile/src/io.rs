@@ -1,0 +1,75 @@
+//! What goes into a step of the core, and what comes out.
+
+use firmware_common::reader::{Seen, TagRead};
+use heapless::Vec;
+use protocol::{DeviceId, Epoch, Frame, Message, Recipient};
+
+use crate::safety::{Power, Sensors};
+
+/// The most messages a step sends: one of each kind.
+pub const MESSAGES_PER_STEP: usize = 8;
+
+/// What can happen to a pile.
+#[derive(Clone, Copy, Debug)]
+pub enum Input<'a> {
+    /// Time has passed; at least every 100 ms.
+    Tick,
+    /// The sensors were read; every 10 ms on a board, at least every 100 ms.
+    Sensors(Sensors),
+    /// The reader read a tag.
+    Tag(TagRead),
+    /// The reader answered that nothing is in its field.
+    ReaderIdle,
+    /// A frame arrived.
+    Frame(&'a Frame),
+}
+
+impl From<Seen> for Input<'_> {
+    fn from(seen: Seen) -> Self {
+        match seen {
+            Seen::Nothing => Self::ReaderIdle,
+            Seen::Tag(read) => Self::Tag(read),
+        }
+    }
+}
+
+/// Whom a message is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum To {
+    /// The coordinator.
+    Coordinator,
+    /// All other piles.
+    Peers,
+}
+
+impl From<To> for Recipient {
+    fn from(to: To) -> Self {
+        match to {
+            To::Coordinator => Self::Device(DeviceId::Coordinator),
+            To::Peers => Self::Piles,
+        }
+    }
+}
+
+/// A message to send.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outgoing {
+    /// To whom.
+    pub to: To,
+    /// What.
+    pub message: Message,
+}
+
+/// The messages of a step.
+pub type Messages = Vec<Outgoing, MESSAGES_PER_STEP>;
+
+/// What a step asks of the shell: the power first, then the memory, then the messages.
+#[derive(Clone, Debug)]
+pub struct Outputs {
+    /// The command to contactor and power stage from now on.
+    pub power: Power,
+    /// An epoch that must be in non-volatile memory before the messages go out.
+    pub store_epoch: Option<Epoch>,
+    /// What to send, in order.
+    pub messages: Messages,
+}
