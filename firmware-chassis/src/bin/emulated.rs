@@ -10,9 +10,8 @@ compile_error!("this image runs on an ARM core: build it with `cargo xtask firmw
 use cortex_m_rt::entry;
 use firmware_chassis::board::emulated::{self, ModelledBody};
 use firmware_chassis::{Chassis, Parameters, Start, tasks};
-use firmware_common::emulated::{
-    EmulatedWatchdog, Machine, Uart, UartReceiver, UartSender, boot_epoch, execute, execute_above,
-};
+use firmware_common::emulated::{EmulatedWatchdog, Machine, Uart, UartReceiver, UartSender, boot_epoch};
+use firmware_common::executor::{execute, execute_above};
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};

@@ -8,13 +8,12 @@
 compile_error!("this image runs on an ARM core: build it with `cargo xtask firmware`");
 
 use cortex_m_rt::entry;
-use embassy_executor::{Executor, InterruptExecutor};
-use embassy_stm32::interrupt;
-use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::usart::{BufferedUart, BufferedUartRx, BufferedUartTx};
-use firmware_chassis::board::stm32::{Board, HardwareBody, HardwareWatchdog};
+use firmware_chassis::board::stm32::{Board, HardwareBody};
 use firmware_chassis::{Chassis, Parameters, tasks};
+use firmware_common::executor::{execute, execute_above};
 use firmware_common::reader::r200::R200;
+use firmware_common::stm32::HardwareWatchdog;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
 use protocol::{DeviceId, Sessions};
@@ -22,15 +21,6 @@ use protocol::{DeviceId, Sessions};
 static INBOX: Inbox = Inbox::new();
 static OUTBOX: Outbox<{ tasks::OUTBOX }> = Outbox::new();
 static ROLL: Roll<4> = Roll::new();
-
-/// Control's, and nobody else's: above the tasks, below the UARTs and the time driver.
-static CONTROL: InterruptExecutor = InterruptExecutor::new();
-
-#[interrupt]
-unsafe fn CAN1_TX() {
-    // Safety: this is the interrupt that the executor is started with.
-    unsafe { CONTROL.on_interrupt() }
-}
 
 #[entry]
 fn main() -> ! {
@@ -50,12 +40,8 @@ fn main() -> ! {
     let trusted: &'static Trusted<0> = trusted;
     let [controlling, listening, speaking, watching] = ROLL.places();
     defmt::info!("chassis of robot {} in its start {}", parameters.robot.0, parameters.boot.0);
-    let Some(executor) = cortex_m::singleton!(: Executor = Executor::new()) else {
-        defmt::panic!("the executor runs already");
-    };
-    interrupt::CAN1_TX.set_priority(Priority::P8);
-    CONTROL.start(interrupt::CAN1_TX).spawn(defmt::unwrap!(control(chassis, body, controlling)));
-    executor.run(|spawner| {
+    execute_above(|spawner| spawner.spawn(defmt::unwrap!(control(chassis, body, controlling))));
+    execute(|spawner| {
         spawner.spawn(defmt::unwrap!(supervise(watchdog)));
         spawner.spawn(defmt::unwrap!(listen(link_rx, trusted, listening)));
         spawner.spawn(defmt::unwrap!(speak(link_tx, trusted, speaking)));

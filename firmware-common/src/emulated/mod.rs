@@ -1,18 +1,15 @@
-//! The machine that QEMU emulates (`-M olimex-stm32-h405`): UARTs, SysTick as the clock, executors,
-//! a watchdog.
+//! The machine that QEMU emulates (`-M olimex-stm32-h405`): UARTs, SysTick as the clock, a watchdog.
 //!
 //! It has the USARTs, SysTick and NVIC of an STM32F407, but no clock tree: nothing here may wait for
 //! the RCC, PWR or FLASH peripherals to become ready. A panic or a hard fault ends the emulator with
 //! a failure, so that neither looks like a silent board.
 
 mod clock;
-mod executor;
 mod stack;
 mod uart;
 mod watchdog;
 
 pub use clock::elapsed_cycles;
-pub use executor::{execute, execute_above};
 pub use stack::deepest_stack;
 pub use uart::{Uart, UartReceiver, UartSender};
 pub use watchdog::EmulatedWatchdog;

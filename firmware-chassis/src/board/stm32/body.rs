@@ -1,6 +1,6 @@
 //! Motors, encoders, gyroscope and battery meter.
 
-use embassy_stm32::adc::{Adc, SampleTime};
+use embassy_stm32::adc::AdcChannel;
 use embassy_stm32::gpio::{AnyPin, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::spi::{self, Spi, mode::Master};
@@ -9,6 +9,7 @@ use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::qei::{self, Qei};
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm, SimplePwmChannel};
 use embassy_stm32::{Peri, peripherals as p};
+use firmware_common::stm32::Meter;
 use protocol::Millis;
 
 use crate::icm20948::{Bus, Icm20948};
@@ -88,9 +89,7 @@ pub struct HardwareBody {
     _awake: Output<'static>,
     encoders: (Qei<'static, p::TIM2>, Qei<'static, p::TIM3>, Qei<'static, p::TIM4>, Qei<'static, p::TIM5>),
     gyro: Icm20948<GyroBus>,
-    meter: Adc<'static, p::ADC1>,
-    voltage: Peri<'static, p::PC4>,
-    current: Peri<'static, p::PC5>,
+    meter: Meter<2>,
 }
 
 impl HardwareBody {
@@ -130,18 +129,15 @@ impl HardwareBody {
                 spi: Spi::new_blocking(gyro.spi, gyro.clock, gyro.mosi, gyro.miso, spi),
                 select: Output::new(gyro.select, Level::High, Speed::High),
             }),
-            meter: Adc::new(meter.adc),
-            voltage: meter.voltage,
-            current: meter.current,
+            meter: Meter::new(meter.adc, [meter.voltage.degrade_adc(), meter.current.degrade_adc()]),
         }
     }
 
     fn battery(&mut self) -> Option<BatterySample> {
-        let voltage = volts(self.meter.blocking_read(&mut self.voltage, SampleTime::CYCLES84))?;
-        let current = volts(self.meter.blocking_read(&mut self.current, SampleTime::CYCLES84))?;
+        let [voltage, current] = self.meter.read()?;
         Some(BatterySample {
-            voltage_v: voltage * DIVIDER,
-            current_a: (current - REFERENCE_V / 2.0) / VOLTS_PER_AMPERE,
+            voltage_v: volts(voltage)? * DIVIDER,
+            current_a: (volts(current)? - REFERENCE_V / 2.0) / VOLTS_PER_AMPERE,
         })
     }
 }

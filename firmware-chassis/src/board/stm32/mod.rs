@@ -10,28 +10,24 @@ mod pins;
 pub use body::HardwareBody;
 
 use embassy_stm32::usart::{self, BufferedUart, BufferedUartRx, BufferedUartTx};
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, bind_interrupts, pac, peripherals, rcc, time::Hertz};
-use firmware_common::{supervisor, tasks::Watchdog};
-use protocol::BootEpoch;
+use embassy_stm32::{bind_interrupts, pac, peripherals};
+use firmware_common::stm32::{HardwareWatchdog, READER_BAUD, clocks, line, reset_by_watchdog};
+use firmware_common::supervisor;
+use protocol::{BootEpoch, DurationMs};
 
 use crate::Start;
 use pins::Pins;
-
-use cortex_m_rt::{ExceptionFrame, exception};
-use defmt_rtt as _;
 
 bind_interrupts!(struct Interrupts {
     USART1 => usart::BufferedInterruptHandler<peripherals::USART1>;
     USART2 => usart::BufferedInterruptHandler<peripherals::USART2>;
 });
 
-/// Bit rates of the two lines.
+/// Bit rate of the link.
 const LINK_BAUD: u32 = 921_600;
-const READER_BAUD: u32 = 115_200;
 /// Bytes of a line's ring: the link carries 92 a millisecond.
 const RING: usize = 2_048;
-const WATCHDOG_US: u32 = 3_000 * supervisor::PERIOD.0;
+const WATCHDOG_TIMEOUT: DurationMs = DurationMs(3 * supervisor::PERIOD.0);
 
 /// The board's parts, ready to use; its watchdog runs.
 pub struct Board {
@@ -58,10 +54,9 @@ impl Board {
         let link_ring = cortex_m::singleton!(: [[u8; RING]; 2] = [[0; RING]; 2])?;
         let reader_ring = cortex_m::singleton!(: [[u8; RING]; 2] = [[0; RING]; 2])?;
         let pins = Pins::take(embassy_stm32::init(clocks()));
-        let start = why_started();
+        let start = if reset_by_watchdog() { Start::Watchdog } else { Start::PowerOn };
         let boot = count_start();
-        let mut watchdog = IndependentWatchdog::new(pins.watchdog, WATCHDOG_US);
-        watchdog.unleash();
+        let watchdog = HardwareWatchdog::start(pins.watchdog, WATCHDOG_TIMEOUT);
         let [sent, received] = link_ring;
         let link = BufferedUart::new(
             pins.link,
@@ -111,52 +106,8 @@ impl Board {
             },
             body::MeterPins { adc: pins.meter, voltage: pins.battery_voltage, current: pins.battery_current },
         );
-        let watchdog = HardwareWatchdog(watchdog);
         Some(Self { link_rx, link_tx, reader: reader.ok()?, body, watchdog, start, boot })
     }
-}
-
-/// The independent watchdog.
-pub struct HardwareWatchdog(IndependentWatchdog<'static, peripherals::IWDG>);
-
-impl Watchdog for HardwareWatchdog {
-    fn feed(&mut self) {
-        self.0.pet();
-    }
-}
-
-/// 168 MHz from the crystal of 8 MHz.
-fn clocks() -> Config {
-    let mut config = Config::default();
-    config.rcc.hse = Some(rcc::Hse { freq: Hertz(8_000_000), mode: rcc::HseMode::Oscillator });
-    config.rcc.pll_src = rcc::PllSource::HSE;
-    config.rcc.pll = Some(rcc::Pll {
-        prediv: rcc::PllPreDiv::DIV4,
-        mul: rcc::PllMul::MUL168,
-        divp: Some(rcc::PllPDiv::DIV2),
-        divq: Some(rcc::PllQDiv::DIV7),
-        divr: None,
-    });
-    config.rcc.ahb_pre = rcc::AHBPrescaler::DIV1;
-    config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
-    config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
-    config.rcc.sys = rcc::Sysclk::PLL1_P;
-    config
-}
-
-fn line(baud: u32) -> usart::Config {
-    let mut config = usart::Config::default();
-    config.baudrate = baud;
-    // Otherwise a reader is only woken when the ring is half full or the line idle.
-    config.eager_reads = Some(1);
-    config
-}
-
-/// Reads and clears the cause of the last reset.
-fn why_started() -> Start {
-    let was_watchdog = pac::RCC.csr().read().wdgrstf();
-    pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    if was_watchdog { Start::Watchdog } else { Start::PowerOn }
 }
 
 /// Counts starts in a backup register, which lasts as long as the supply or the cell at VBAT does.
@@ -170,30 +121,8 @@ fn count_start() -> BootEpoch {
 
 /// Opens all motors, whatever state the program is in: the drivers sleep, the PWM ends.
 fn open_motors() {
-    cortex_m::interrupt::disable();
     pac::GPIOE.bsrr().write(|w| w.set_br(15, true));
     pac::TIM1.bdtr().modify(|w| w.set_moe(false));
 }
 
-/// Until the watchdog resets the board.
-fn wait_for_watchdog() -> ! {
-    loop {
-        cortex_m::asm::nop();
-    }
-}
-
-#[panic_handler]
-fn panic(info: &core::panic::PanicInfo) -> ! {
-    open_motors();
-    defmt::error!("{}", defmt::Display2Format(info));
-    wait_for_watchdog()
-}
-
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    open_motors();
-    defmt::error!("hard fault at {=u32:#010x}", frame.pc());
-    wait_for_watchdog()
-}
-
-defmt::timestamp!("{=u64:tms}", embassy_time::Instant::now().as_millis());
+firmware_common::last_words!(open_motors);

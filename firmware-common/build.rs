@@ -1,5 +1,4 @@
-//! Gives the linker the boards' memory map, and the link scripts of cortex-m-rt and defmt.
-//! Builds for a host (tests, the simulated site) need neither.
+//! Gives the linker the boards' memory map. The rest of what it needs stands in `.cargo/config.toml`.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -21,8 +20,4 @@ fn main() {
         println!("cargo:error=cannot copy {MEMORY_MAP} to {}: {error}", out.display());
     }
     println!("cargo:rustc-link-search={}", out.display());
-    // Sections need not start on a page boundary: nothing pages here.
-    println!("cargo:rustc-link-arg-bins=--nmagic");
-    println!("cargo:rustc-link-arg-bins=-Tlink.x");
-    println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
 }

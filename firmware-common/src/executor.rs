@@ -1,8 +1,10 @@
 //! embassy's executors: one for the tasks, asleep while there is nothing to do, and one in an
 //! interrupt above it.
 //!
-//! embassy's own for this core sleeps by WFE, which QEMU takes for a busy wait: an idle board would
-//! keep a whole core of its host busy. QEMU does sleep by WFI.
+//! embassy's own for this core do the same with other instructions, which the emulators do not know:
+//! they sleep by WFE, which QEMU takes for a busy wait (an idle board would keep a whole core of its
+//! host busy), and raise the interrupt through the NVIC's STIR, which LabWired ignores. WFI and ISPR
+//! do as well on the microcontroller, so that every image of every board has these executors.
 
 use core::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
 
@@ -17,10 +19,10 @@ static WOKEN: AtomicBool = AtomicBool::new(false);
 /// The executor in the interrupt, null until it is started.
 static ABOVE: AtomicPtr<raw::Executor> = AtomicPtr::new(core::ptr::null_mut());
 
-/// Its interrupt: one that this machine's devices never raise.
+/// Its interrupt: one that no device of the boards raises.
 const INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
 
-/// Below SysTick and the UARTs (0), above the tasks: the upper four bits count.
+/// Below the clock and the UARTs (0), above the tasks: the upper four bits count.
 const PRIORITY: u8 = 0x80;
 
 /// What a waker's context says: which of the two executors.
