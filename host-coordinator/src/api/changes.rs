@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::core::{
     Decision, View,
-    view::{DoorView, PileView, RobotView, TotalsView},
+    view::{ChargeView, DoorView, PileView, RobotView, TotalsView},
 };
 
 /// The difference of two views.
@@ -18,6 +18,7 @@ pub struct Change<'a> {
     robots: Vec<&'a RobotView>,
     doors: Vec<&'a DoorView>,
     decisions: Vec<&'a Decision>,
+    charges: Vec<&'a ChargeView>,
     totals: &'a TotalsView,
 }
 
@@ -27,6 +28,7 @@ impl<'a> Change<'a> {
     #[must_use]
     pub fn between(before: &View, after: &'a View) -> Self {
         let newest = before.decisions.first().map(|decision| decision.id);
+        let last = before.charges.first().map(|charge| charge.id);
         Self {
             now_ms: after.now_ms,
             epoch: after.epoch,
@@ -36,6 +38,7 @@ impl<'a> Change<'a> {
             robots: changed(&before.robots, &after.robots),
             doors: changed(&before.site.doors, &after.site.doors),
             decisions: after.decisions.iter().take_while(|decision| Some(decision.id) > newest).collect(),
+            charges: after.charges.iter().take_while(|charge| Some(charge.id) > last).collect(),
             totals: &after.totals,
         }
     }

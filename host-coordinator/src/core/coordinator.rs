@@ -6,8 +6,8 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use protocol::{
-    Ack, Activity, BootEpoch, DeviceId, Epoch, Fault, Frame, Hello, LeaseId, LeaseRef, Message, PassReport,
-    PileId, Reference, RobotId, RobotState, SiteMillis, TagId, TimeSync, version,
+    Ack, Activity, BootEpoch, ChargeReport, DeviceId, Epoch, Fault, Frame, Hello, LeaseId, LeaseRef, Message,
+    PassReport, PileId, Reference, RobotId, RobotState, SiteMillis, TagId, TimeSync, version,
 };
 
 use super::{
@@ -241,6 +241,10 @@ impl Coordinator {
                 self.count_passes(turn, pile, &report);
                 turn.send(to, Message::Ack(Ack { of: Reference::Report(report.report) }));
             }
+            Message::ChargeReport(report) => {
+                self.note_charge(turn, pile, &report);
+                turn.send(to, Message::Ack(Ack { of: Reference::Report(report.report) }));
+            }
             Message::Fault(fault) => {
                 self.note_fault(turn, pile, fault);
                 turn.send(to, Message::Ack(Ack { of: Reference::Report(fault.report) }));
@@ -293,6 +297,20 @@ impl Coordinator {
         });
         let passes = passes.collect();
         self.record(turn, Fact::Passed { pile, report: report.report, passes });
+    }
+
+    /// Notes a charge once, however often it is reported.
+    fn note_charge(&mut self, turn: &mut Turn, pile: PileId, told: &ChargeReport) {
+        let noted = self.state.piles.get(&pile).and_then(|record| record.charge_report);
+        if noted.is_some_and(|noted| told.report <= noted) {
+            return;
+        }
+        let ChargeReport { report, lease: LeaseRef { lease, robot, .. }, reason, .. } = *told;
+        let ChargeReport { began, ended, charged, energy, .. } = *told;
+        self.record(
+            turn,
+            Fact::Charged { pile, report, lease, robot, reason, began, ended, charged, energy },
+        );
     }
 
     fn note_fault(&mut self, turn: &mut Turn, pile: PileId, fault: Fault) {

@@ -163,6 +163,28 @@ pub enum Fact {
         /// What to add to the counts.
         passes: Vec<Passes>,
     },
+    /// A pile told of a charge that is over, and may forget it now.
+    Charged {
+        /// Which pile.
+        pile: PileId,
+        /// Its report.
+        report: ReportId,
+        /// The lease.
+        lease: LeaseId,
+        /// Who was charged.
+        robot: RobotId,
+        /// Why it is over.
+        reason: EndReason,
+        /// When it began.
+        began: SiteMillis,
+        /// When it was over; `None` if the pile lost its power in between, and so does not know what
+        /// it gave.
+        ended: Option<SiteMillis>,
+        /// For how long the contacts were live.
+        charged: DurationMs,
+        /// What went over the contacts.
+        energy: EnergyJ,
+    },
     /// A pile found a fault, or found it gone.
     FaultReported {
         /// Which pile.

@@ -18,6 +18,9 @@ use super::{
 /// Decisions that are kept for the dashboard; the log has all of them.
 pub const KEPT_DECISIONS: usize = 50;
 
+/// Charges that are kept for the dashboard; the log has all of them.
+pub const KEPT_CHARGES: usize = 50;
+
 /// All durable state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
@@ -37,6 +40,8 @@ pub struct State {
     pub passes: BTreeMap<(RobotId, u16), BTreeMap<PileId, u64>>,
     /// The newest decisions, newest first.
     pub decisions: VecDeque<Decision>,
+    /// The newest charges, newest first.
+    pub charges: VecDeque<Charge>,
     /// Robots that wait for help.
     pub stranded: BTreeSet<RobotId>,
     /// Sums for the operator.
@@ -56,6 +61,31 @@ pub struct PileRecord {
     pub fault_report: Option<ReportId>,
     /// The last pass report.
     pub pass_report: Option<ReportId>,
+    /// The last charge report.
+    pub charge_report: Option<ReportId>,
+}
+
+/// A charge that is over, as its pile told of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Charge {
+    /// Counts the charges.
+    pub id: u64,
+    /// Which pile.
+    pub pile: PileId,
+    /// Who was charged.
+    pub robot: RobotId,
+    /// Under which lease.
+    pub lease: LeaseId,
+    /// Why it is over.
+    pub reason: EndReason,
+    /// When it began.
+    pub began: SiteMillis,
+    /// When it was over; `None` if the pile lost its power in between.
+    pub ended: Option<SiteMillis>,
+    /// For how long the contacts were live.
+    pub charged: DurationMs,
+    /// What went over the contacts.
+    pub energy: EnergyJ,
 }
 
 /// A pile's promise to one robot.
@@ -137,12 +167,14 @@ pub enum Place {
 }
 
 /// Sums since the log began.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
     /// Requests.
     pub requests: u64,
     /// Charges that were given in full.
     pub charges_completed: u64,
+    /// What all charges gave, as the piles measured it, in joules.
+    pub energy_j: f64,
     /// Requests that a pile accepted.
     pub served: u64,
     /// The sum of the times from first asking to the pile's acceptance, in milliseconds.
@@ -259,6 +291,16 @@ impl State {
                     let count = counts.entry(*pile).or_default();
                     *count = count.saturating_add(one.passes.into());
                 }
+            }
+            Fact::Charged { pile, report, lease, robot, reason, began, ended, charged, energy } => {
+                self.piles.entry(*pile).or_default().charge_report = Some(*report);
+                let (pile, robot, lease, reason) = (*pile, *robot, *lease, *reason);
+                let (began, ended, charged, energy) = (*began, *ended, *charged, *energy);
+                let id = self.charges.front().map_or(0, |newest| newest.id.saturating_add(1));
+                let charge = Charge { id, pile, robot, lease, reason, began, ended, charged, energy };
+                self.charges.push_front(charge);
+                self.charges.truncate(KEPT_CHARGES);
+                self.totals.energy_j += f64::from(charge.energy.get());
             }
             Fact::FaultReported { pile, report, code, active } => {
                 let record = self.piles.entry(*pile).or_default();

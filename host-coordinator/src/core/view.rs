@@ -5,14 +5,14 @@
 
 use std::sync::Arc;
 
-use protocol::{Activity, Availability, FaultCode, PileId, RobotId, SiteMillis};
+use protocol::{Activity, Availability, EndReason, FaultCode, PileId, RobotId, SiteMillis};
 use serde::{Serialize, Serializer};
 
 pub use super::site_view::{DoorView, FrameView, SiteView, SubareaView};
 use super::{
     coordinator::Coordinator,
     decision::Decision,
-    state::{Lease, Phase, Place},
+    state::{Charge, Lease, Phase, Place},
 };
 use crate::{config::RobotConfig, site::SitePile};
 
@@ -36,6 +36,8 @@ pub struct View {
     pub robots: Vec<RobotView>,
     /// The newest decisions, newest first.
     pub decisions: Vec<Decision>,
+    /// The newest charges, newest first.
+    pub charges: Vec<ChargeView>,
     /// Sums since the event log began.
     pub totals: TotalsView,
 }
@@ -82,6 +84,30 @@ pub struct LeaseView {
     pub phase: &'static str,
 }
 
+/// A charge that is over.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ChargeView {
+    /// Counts the charges.
+    pub id: u64,
+    /// At which pile.
+    pub pile: PileId,
+    /// Who was charged.
+    pub robot: RobotId,
+    /// The lease.
+    pub lease: u32,
+    /// `completed`, `expired`, `revoked`, `robot_left`, `fault`; `restarted` if the pile lost its
+    /// power, so that nobody knows what it gave.
+    pub end: &'static str,
+    /// When it began.
+    pub began_ms: u64,
+    /// When it was over, if the pile knows.
+    pub ended_ms: Option<u64>,
+    /// For how long the contacts were live, in seconds.
+    pub charged_s: f32,
+    /// What went over the contacts, in joules.
+    pub energy_j: f32,
+}
+
 /// One robot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotView {
@@ -109,6 +135,8 @@ pub struct TotalsView {
     pub requests: u64,
     /// Charges that were given in full.
     pub charges_completed: u64,
+    /// What all charges gave, as the piles measured it, in joules.
+    pub energy_j: f64,
     /// The mean time from first asking to a pile's acceptance, in seconds.
     pub mean_wait_s: f64,
     /// The longest of those.
@@ -157,6 +185,7 @@ impl Coordinator {
             piles: self.site.piles.iter().map(|pile| self.pile_view(pile, now)).collect(),
             robots: self.robots.values().map(|robot| self.robot_view(robot, now)).collect(),
             decisions: self.state.decisions.iter().cloned().collect(),
+            charges: self.state.charges.iter().map(ChargeView::new).collect(),
             totals: self.totals_view(),
         }
     }
@@ -229,10 +258,34 @@ impl Coordinator {
         TotalsView {
             requests: totals.requests,
             charges_completed: totals.charges_completed,
+            energy_j: totals.energy_j,
             mean_wait_s: mean,
             worst_wait_s: seconds(totals.worst_wait.0.into()),
             waiting: waiting.count(),
             stranded: self.state.stranded.len(),
+        }
+    }
+}
+
+impl ChargeView {
+    fn new(charge: &Charge) -> Self {
+        Self {
+            id: charge.id,
+            pile: charge.pile,
+            robot: charge.robot,
+            lease: charge.lease.0,
+            end: match (charge.ended, charge.reason) {
+                (None, _) => "restarted",
+                (_, EndReason::Completed) => "completed",
+                (_, EndReason::Expired) => "expired",
+                (_, EndReason::Revoked) => "revoked",
+                (_, EndReason::RobotLeft) => "robot_left",
+                (_, EndReason::Fault) => "fault",
+            },
+            began_ms: charge.began.0,
+            ended_ms: charge.ended.map(|ended| ended.0),
+            charged_s: charge.charged.as_seconds(),
+            energy_j: charge.energy.get(),
         }
     }
 }

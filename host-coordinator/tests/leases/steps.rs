@@ -540,6 +540,43 @@ fn reports_count_once_however_often_they_come() {
 }
 
 #[test]
+fn a_charge_is_noted_once_and_acknowledged_as_often_as_it_is_reported() {
+    let mut desk = Desk::new();
+    let id = |boot, number| ReportId { boot: BootEpoch(boot), number };
+    let report = |report, energy_j| {
+        Message::ChargeReport(ChargeReport {
+            report,
+            lease: LeaseRef { epoch: Epoch(1), lease: LeaseId(4), robot: ROBOT },
+            tag: TagId([1; 12]),
+            reason: EndReason::Completed,
+            began: SiteMillis(1_000),
+            ended: Some(SiteMillis(61_000)),
+            charged: DurationMs(60_000),
+            energy: EnergyJ::new(energy_j).unwrap(),
+        })
+    };
+    for (of, energy_j) in [(id(1, 1), 500.0), (id(1, 1), 500.0), (id(1, 3), 20.0), (id(1, 1), 500.0)] {
+        desk.sent.clear();
+        desk.hear(DeviceId::Pile(P), report(of, energy_j));
+        let ack = Message::Ack(Ack { of: Reference::Report(of) });
+        assert!(desk.sent.iter().any(|(_, message)| *message == ack), "a repeat is answered again");
+    }
+    // After a restart of the pile what it has in its journal comes first, and some of it again.
+    desk.boot = BootEpoch(2);
+    for (of, energy_j) in [(id(1, 3), 20.0), (id(1, 4), 3.0), (id(2, 1), 1.0)] {
+        desk.hear(DeviceId::Pile(P), report(of, energy_j));
+    }
+    let energies: Vec<f32> = desk.state().charges.iter().map(|charge| charge.energy.get()).collect();
+    assert_eq!(energies, [1.0, 3.0, 20.0, 500.0], "newest first");
+    assert_eq!(desk.state().totals.energy_j, 524.0);
+    // Nor does a restart of the coordinator count one twice.
+    let mut desk = Desk::with_log(desk.events);
+    desk.boot = BootEpoch(2);
+    desk.hear(DeviceId::Pile(P), report(id(2, 1), 1.0));
+    assert_eq!(desk.state().charges.len(), 4);
+}
+
+#[test]
 fn a_restart_keeps_leases_and_extends_them_under_the_new_epoch() {
     let (desk, lease) = Desk::granted();
     let before = *desk.state().lease(P).unwrap();
