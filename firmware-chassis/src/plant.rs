@@ -39,6 +39,8 @@ pub struct Plant {
     pub gyro_bias_radps: Option<f32>,
     /// Standard deviation of the gyroscope's noise, in rad/s.
     pub gyro_noise_radps: f32,
+    /// Whether the battery's meter answers.
+    pub meter_answers: bool,
     geometry: Geometry,
     kinematics: Kinematics,
     pack: Pack,
@@ -66,6 +68,7 @@ impl Plant {
             driver_faults: [false; 4],
             gyro_bias_radps: Some(0.02),
             gyro_noise_radps: 0.003,
+            meter_answers: true,
             geometry,
             kinematics: Kinematics::new(geometry.wheelbase_m, geometry.track_m),
             pack,
@@ -143,7 +146,9 @@ impl Plant {
             encoders: self.counters,
             driver_faults: self.driver_faults,
             gyro_radps: self.gyro_bias_radps.map(|bias| self.velocity.z + bias + noise),
-            battery: Some(BatterySample { voltage_v: self.voltage(), current_a: self.current_a }),
+            battery: self
+                .meter_answers
+                .then(|| BatterySample { voltage_v: self.voltage(), current_a: self.current_a }),
         }
     }
 

@@ -4,6 +4,8 @@
 //! Where QEMU or the image is missing these tests fail with the sentence that says how to get it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "emulated_chassis/square.rs"]
+mod square;
 #[path = "emulated_chassis/steps.rs"]
 mod steps;
 #[path = "emulated_chassis/stops.rs"]

@@ -3,16 +3,20 @@
 //!
 //! **Without slip** the wheels' way is exact but for the encoder's quantum, and what is left is the
 //! gyroscope: its bias is the mean of n samples at rest with a noise of 0.003 rad/s, n = 180 after
-//! the bench's 2 s, so that it is wrong by 0.0002 rad/s; its noise adds 0.003 x sqrt(0.01 t) =
-//! 0.0017 rad in the t = 32 s that a square takes. That makes 0.008 rad at three deviations of each, and, over the
-//! 2 m of a side, a few millimetres; to it come the 5 mm at which a corner counts as reached.
+//! the bench's 2 s, so that it is wrong by 0.00022 rad/s: 0.0072 rad in the t = 32 s that a square
+//! takes. Its noise adds 0.003 x sqrt(0.01 t) = 0.0017 rad. One deviation is 0.0074 rad. An error e that
+//! grows evenly turns the sides by e/8, 3e/8, 5e/8 and 7e/8, so that the square is open by e/2 of a
+//! side each way: 2 m x 0.0074 / sqrt(2) = 10 mm. Two deviations and the 5 mm and 0.005 rad at which a
+//! corner counts as reached are 25 mm and 0.020 rad.
 //!
 //! **With slip** on one side (a slip on all four cancels): a wheel that loses a fifth of its speed
-//! takes a twentieth from the way along and adds a twentieth across: of 2 m, 0.1 m each, 0.14 m in
-//! all. And it turns the robot by 0.2 x 0.5 / (4 x 0.2) = 0.125 rad/s at 0.5 m/s, in the 4 s of a side
-//! 0.5 rad. With the gyroscope the turn is known and the 0.14 m are what is lost. With wheels alone
-//! the other sides are turned by half a radian, and the first by half of that in the mean: the
-//! square ends 2 m x 0.25 = 0.5 m off, less the slip's 0.1 m, and half a radian askew.
+//! takes a twentieth from the way along and adds a twentieth across. And it turns the robot by
+//! 0.2 x 0.5 / (4 x 0.2) = 0.125 rad/s at 0.5 m/s, in the 4 s of a side 0.5 rad. With the gyroscope the
+//! turn is known, and the computer turns the robot back as fast, by its gain of 2/s from an offset of
+//! 0.063 rad: that wheel rolls 0.5 + 0.031 (crabwise) + 0.025 (turning) m/s, 11 % more. Of 2 m are lost
+//! 0.111 m each way, 0.157 m in all. With wheels alone the other sides are turned by half a radian, and
+//! the first by half of that in the mean: the square ends 2 m x 0.25 = 0.5 m off, less the slip's 0.1 m,
+//! and half a radian askew.
 
 use firmware_chassis::Velocity;
 use protocol::limits::DRIVE_TTL;
@@ -66,8 +70,8 @@ fn closing_error(bench: &mut Bench, grip: f32) -> (f32, f32) {
 fn without_slip_the_square_closes() {
     let (place_m, yaw_rad) = closing_error(&mut Bench::new(), 1.0);
     println!("without slip: {place_m} m, {yaw_rad} rad");
-    assert!(place_m < 0.02, "{place_m}");
-    assert!(yaw_rad < 0.013, "{yaw_rad}");
+    assert!(place_m < 0.025, "{place_m}");
+    assert!(yaw_rad < 0.020, "{yaw_rad}");
 }
 
 #[test]
@@ -75,8 +79,8 @@ fn after_a_slip_the_gyroscope_has_kept_the_heading() {
     let mut bench = Bench::new();
     let (place_m, yaw_rad) = closing_error(&mut bench, 0.8);
     println!("slip, with gyroscope: {place_m} m, {yaw_rad} rad");
-    assert!((place_m - 0.14).abs() < 0.02, "{place_m}");
-    assert!(yaw_rad < 0.013, "{yaw_rad}");
+    assert!((place_m - 0.157).abs() < 0.025, "{place_m}");
+    assert!(yaw_rad < 0.020, "{yaw_rad}");
 
     let mut blind = Bench::new();
     blind.plant.gyro_bias_radps = None;

@@ -1,8 +1,8 @@
 //! Whatever goes wrong ends in a stop with a name.
 
 use protocol::{
-    ChassisFault, ChassisMode, ChassisRefusal, Drive, DurationMs, Message, NackReason, StopReason, TagId,
-    Twist, Wheel,
+    ChassisFault, ChassisMode, ChassisRefusal, ChassisState, Drive, DurationMs, Message, NackReason,
+    StopReason, TagId, Twist, Wheel,
 };
 use tests::chassis_bench::{ChassisBench, twist};
 
@@ -105,6 +105,30 @@ fn a_wheel_that_cannot_turn_brakes_and_is_held() {
     bench.drive_for(forward, DurationMs(1_500)).unwrap();
     stops_for(&mut bench, StopReason::WheelStalled);
     is_held(&mut bench, StopReason::WheelStalled, "wheel 3 0");
+}
+
+#[test]
+fn sensors_that_fall_silent_are_named_and_the_robot_drives_on() {
+    let (mut bench, forward) = driving();
+    bench.order("meter 0").unwrap();
+    bench.order("gyro 0").unwrap();
+    let run = bench.drive_for(forward, DurationMs(2_000)).unwrap();
+    let speed = run.last().unwrap().measured.vx.get();
+    assert!((speed - 0.5).abs() < 0.01, "it drives at {speed} m/s");
+    let silent = [ChassisFault::GyroSilent, ChassisFault::BatterySilent];
+    let state = bench.states.last().unwrap();
+    assert_eq!((state.mode, &state.faults[..]), (ChassisMode::Driving, &silent[..]));
+
+    // What a wheel draws is unknown now: one that does not count is taken for the worse.
+    bench.order("encoder 1 1").unwrap();
+    bench.drive_for(forward, DurationMs(1_500)).unwrap();
+    stops_for(&mut bench, StopReason::WheelStalled);
+    for words in ["meter 1", "gyro 1"] {
+        bench.order(words).unwrap();
+    }
+    let healed = |state: &ChassisState| !state.faults.iter().any(|fault| silent.contains(fault));
+    assert!(bench.state_where(healed).unwrap().battery.is_some());
+    is_held(&mut bench, StopReason::WheelStalled, "encoder 1 0");
 }
 
 #[test]

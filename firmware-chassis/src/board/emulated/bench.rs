@@ -7,6 +7,7 @@
 //! | `wheel W 0` or `1` | wheel W is free, or cannot turn |
 //! | `grip W SHARE` | so much of the wheel's speed reaches the floor |
 //! | `gyro 0` or `1` | the gyroscope is silent, or answers |
+//! | `meter 0` or `1` | the battery's meter is silent, or answers |
 //! | `hang` | the task of the test bench never returns: the watchdog's business |
 //! | `truth` | `truth X Y YAW VX VY WZ`: where the robot really is, and how it really moves |
 //! | `cost` | `cost TICKS MEDIAN WORST STACK`: instructions of control ticks, bytes of stack |
@@ -39,6 +40,7 @@ pub(super) enum Order {
     Wheel { wheel: usize, blocked: bool },
     Grip { wheel: usize, share: f32 },
     Gyro { answers: bool },
+    Meter { answers: bool },
 }
 
 /// The plant's pose and velocity at the last tick.
@@ -57,6 +59,7 @@ pub(super) fn obey(order: Order, plant: &mut Plant) {
         Order::Wheel { wheel, blocked } => set(&mut plant.blocked, wheel, blocked),
         Order::Grip { wheel, share } => set(&mut plant.grip, wheel, share),
         Order::Gyro { answers } => plant.gyro_bias_radps = answers.then_some(GYRO_BIAS_RADPS),
+        Order::Meter { answers } => plant.meter_answers = answers,
     }
 }
 
@@ -114,8 +117,10 @@ async fn answer(line: &str) -> String<LINE> {
 
 fn order<'a>(word: &str, mut words: impl Iterator<Item = &'a str>) -> Option<Order> {
     let mut number = || words.next()?.parse::<f32>().ok();
-    if word == "gyro" {
-        return Some(Order::Gyro { answers: number()? != 0.0 });
+    match word {
+        "gyro" => return Some(Order::Gyro { answers: number()? != 0.0 }),
+        "meter" => return Some(Order::Meter { answers: number()? != 0.0 }),
+        _ => {}
     }
     let wheel = number()? as usize;
     let value = number()?;
