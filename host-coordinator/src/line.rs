@@ -10,6 +10,10 @@ use tokio::{
     time,
 };
 
+mod wire;
+
+pub use wire::{Event, Wire};
+
 /// Who does not answer a call for this long is not there.
 const CALL: Duration = Duration::from_secs(2);
 

@@ -1,26 +1,14 @@
 //! The shell around a [`Session`]: moves bytes and time between it and a chassis' line.
 
-use std::{
-    io,
-    time::{Duration, Instant},
-};
+use std::io;
 
-use protocol::{BootEpoch, Deframer, DeviceId, DurationMs, Millis, Recipient, Sessions, limits};
-use tokio::{
-    io::{AsyncReadExt as _, AsyncWriteExt as _},
-    time::{self, MissedTickBehavior},
-};
+use protocol::{BootEpoch, Deframer, DeviceId, DurationMs, Recipient, Sessions, limits};
 
 use super::{
     outcome::SessionError,
     session::{Heard, Input, Outputs, Session},
 };
-use crate::line::Line;
-
-/// How often a session looks at its clock.
-const TICK: Duration = Duration::from_millis(5);
-/// A line that takes no byte for this long is lost.
-const STUCK: Duration = Duration::from_secs(2);
+use crate::line::{Event, Line, Wire};
 
 /// Why a conversation ended before its goal.
 #[derive(Debug, thiserror::Error)]
@@ -56,40 +44,25 @@ pub async fn run(
     interrupt: impl Future<Output = ()>,
     hear: &mut Hear<'_>,
 ) -> Result<(), RunError> {
-    let start = Instant::now();
     // The line to a chassis is one inside the robot: it has no keys. Who this side speaks as turns out
     // when the chassis is heard.
     let mut hearing = Sessions::insecure(DeviceId::Coordinator, boot);
     let mut speaking = None;
     let mut deframer = Deframer::new();
-    let mut buffer = [0; 2048];
-    let mut ticks = time::interval(TICK);
-    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let mut interrupt = std::pin::pin!(interrupt);
-    let mut interrupted = false;
+    let mut wire = Wire::new(line, interrupt);
     let mut inputs = Vec::new();
 
     while !session.is_done() {
-        tokio::select! {
-            _ = ticks.tick() => inputs.push(Input::Tick),
-            () = &mut interrupt, if !interrupted => {
-                interrupted = true;
-                inputs.push(Input::Interrupt);
-            }
-            read = line.read(&mut buffer) => {
-                let length = match read {
-                    Ok(0) => Err(io::Error::new(io::ErrorKind::UnexpectedEof, "the other side hung up")),
-                    other => other,
-                }.map_err(|error| lost(session, error))?;
-                deframer.feed(buffer.get(..length).unwrap_or_default(), |found| {
-                    let found = found.and_then(|packet| hearing.open(packet));
-                    inputs.push(found.map_or_else(Input::Discarded, Input::Frame));
-                });
-            }
+        match wire.next().await.map_err(|error| lost(session, error))? {
+            Event::Tick => inputs.push(Input::Tick),
+            Event::Interrupt => inputs.push(Input::Interrupt),
+            Event::Bytes(bytes) => deframer.feed(bytes, |found| {
+                let found = found.and_then(|packet| hearing.open(packet));
+                inputs.push(found.map_or_else(Input::Discarded, Input::Frame));
+            }),
         }
         for input in inputs.drain(..) {
-            let now = Millis(u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX));
-            let Outputs { send, heard } = session.step(now, input)?;
+            let Outputs { send, heard } = session.step(wire.now(), input)?;
             if let Some(heard) = &heard {
                 hear(session, heard).map_err(RunError::Hearing)?;
             }
@@ -100,15 +73,11 @@ pub async fn run(
                 let bytes = speaking
                     .seal(chassis, &message)
                     .map_err(|error| lost(session, io::Error::other(error)))?;
-                write(line, &bytes).await.map_err(|error| lost(session, error))?;
+                wire.write(&bytes).await.map_err(|error| lost(session, error))?;
             }
         }
     }
     Ok(())
-}
-
-async fn write(line: &mut dyn Line, bytes: &[u8]) -> io::Result<()> {
-    time::timeout(STUCK, line.write_all(bytes)).await?
 }
 
 fn lost(session: &Session, error: io::Error) -> RunError {
