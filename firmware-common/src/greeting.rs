@@ -1,21 +1,7 @@
 //! The rule of Hello: a device says who it is until its peer answers, and answers a peer that has
 //! started anew.
 
-use protocol::{DurationMs, Epoch, Hello, Millis, limits, version};
-
-/// Of the workspace, which all devices share.
-const SOFTWARE: [u8; 3] = [
-    number(env!("CARGO_PKG_VERSION_MAJOR")),
-    number(env!("CARGO_PKG_VERSION_MINOR")),
-    number(env!("CARGO_PKG_VERSION_PATCH")),
-];
-
-const fn number(text: &str) -> u8 {
-    match u8::from_str_radix(text, 10) {
-        Ok(number) => number,
-        Err(_) => u8::MAX,
-    }
-}
+use protocol::{DurationMs, Epoch, Hello, Millis, limits};
 
 /// Whether `interval` has passed since `last`, or it never happened.
 #[must_use]
@@ -56,7 +42,7 @@ impl Greeting {
     /// Says Hello. `epoch` is the highest that this device has seen of a coordinator.
     pub fn hello(&mut self, now: Millis, epoch: Epoch) -> Hello {
         self.said_at = Some(now);
-        Hello { min: version::MIN, current: version::CURRENT, software: SOFTWARE, epoch }
+        Hello::new(epoch)
     }
 }
 

@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     ids::{CommandId, Epoch, ReportId},
     units::{Millis, SiteMillis},
+    version,
 };
 
 mod chassis;
@@ -120,6 +121,14 @@ pub struct Hello {
     pub software: [u8; 3],
     /// Coordinator: its own epoch. Pile: the highest it has seen. Robot and chassis: 0.
     pub epoch: Epoch,
+}
+
+impl Hello {
+    /// What this software says of itself. `epoch` as in [`Self::epoch`].
+    #[must_use]
+    pub const fn new(epoch: Epoch) -> Self {
+        Self { min: version::MIN, current: version::CURRENT, software: version::SOFTWARE, epoch }
+    }
 }
 
 /// Asks for the site's time.

@@ -17,6 +17,20 @@ pub const MIN: u8 = 1;
 /// The newest version this code speaks; what it sends until it has heard the other side's.
 pub const CURRENT: u8 = 1;
 
+/// The version of the software: of the workspace, which all devices share. Major, minor, patch.
+pub const SOFTWARE: [u8; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+const fn number(text: &str) -> u8 {
+    match u8::from_str_radix(text, 10) {
+        Ok(number) => number,
+        Err(_) => u8::MAX,
+    }
+}
+
 /// The versions a device speaks, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -277,8 +277,7 @@ impl Session {
     fn greet(&mut self, now: Millis, send: &mut Vec<Message>) {
         if is_due(now, self.greeted_at, limits::REPEAT_INTERVAL) {
             self.greeted_at = Some(now);
-            let (min, current) = (version::MIN, version::CURRENT);
-            send.push(Message::Hello(Hello { min, current, software: SOFTWARE, epoch: Epoch(0) }));
+            send.push(Message::Hello(Hello::new(Epoch(0))));
         }
     }
 
@@ -356,20 +355,6 @@ impl Session {
         send.push(message);
     }
 }
-
-const SOFTWARE: [u8; 3] = {
-    const fn number(text: &str) -> u8 {
-        match u8::from_str_radix(text, 10) {
-            Ok(number) => number,
-            Err(_) => u8::MAX,
-        }
-    }
-    [
-        number(env!("CARGO_PKG_VERSION_MAJOR")),
-        number(env!("CARGO_PKG_VERSION_MINOR")),
-        number(env!("CARGO_PKG_VERSION_PATCH")),
-    ]
-};
 
 fn is_due(now: Millis, last: Option<Millis>, interval: DurationMs) -> bool {
     last.is_none_or(|last| now.since(last) >= interval)

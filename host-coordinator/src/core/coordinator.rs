@@ -203,21 +203,13 @@ impl Coordinator {
             return;
         }
         contact.greeted = true;
-        let part = |text: &str| text.parse().unwrap_or(0);
-        let software = [
-            part(env!("CARGO_PKG_VERSION_MAJOR")),
-            part(env!("CARGO_PKG_VERSION_MINOR")),
-            part(env!("CARGO_PKG_VERSION_PATCH")),
-        ];
         if let Message::Hello(hello) = message
             && matches!(device, DeviceId::Pile(_))
             && hello.epoch > self.state.epoch
         {
             self.start_epoch(turn, hello.epoch, LeaseId(0));
         }
-        let version::Range { min, current } = version::OURS;
-        let hello = Hello { min, current, software, epoch: self.state.epoch };
-        turn.send(device, Message::Hello(hello));
+        turn.send(device, Message::Hello(Hello::new(self.state.epoch)));
     }
 
     /// Goes beyond every epoch heard of, and beyond every lease number.

@@ -14,7 +14,7 @@
 
 use protocol::{
     Activity, Assignment, ChargeRequest, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, PileId,
-    RequestId, RobotState, limits, version,
+    RequestId, RobotState, limits,
 };
 
 use super::{
@@ -226,12 +226,7 @@ impl Robot {
         let energy = EnergyJ::clamped(sensed.energy_j as f32);
         if !self.greeted && now >= self.greet_at {
             self.greet_at = now.after(limits::REPEAT_INTERVAL);
-            messages.push(Message::Hello(Hello {
-                min: version::MIN,
-                current: version::CURRENT,
-                software: [0, 1, 0],
-                epoch: Epoch(0),
-            }));
+            messages.push(Message::Hello(Hello::new(Epoch(0))));
         }
         let activity = self.activity();
         let accepted =
