@@ -7,7 +7,7 @@
 //! contacts, an emergency stop, lost mains.
 
 use heapless::Vec;
-use protocol::{DurationMs, FaultCode, Millis};
+use protocol::{DurationMs, FaultCode, FaultState, Millis, PileFaults};
 
 /// A reader that has said nothing for this long is silent.
 pub const READER_TIMEOUT: DurationMs = DurationMs(5_000);
@@ -45,18 +45,6 @@ impl FaultSet {
             rest = others;
         }
         Self(bits)
-    }
-
-    /// The bits, for a store.
-    #[must_use]
-    pub const fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// The set with these bits; bits of no code are dropped.
-    #[must_use]
-    pub const fn from_bits(bits: u32) -> Self {
-        Self(bits & Self::of(&FaultCode::ALL).0)
     }
 
     /// Whether there is none.
@@ -153,6 +141,17 @@ impl Faults {
     #[must_use]
     pub const fn standing(&self) -> FaultSet {
         self.active.union(self.latched)
+    }
+
+    /// All that stands, as it is told.
+    #[must_use]
+    pub fn told(&self) -> PileFaults {
+        let state = |code| FaultState {
+            code,
+            active: self.active.contains(code),
+            latched: self.latched.contains(code),
+        };
+        PileFaults { faults: self.standing().iter().map(state).collect() }
     }
 
     /// The reader answered.
@@ -254,7 +253,6 @@ mod tests {
             assert_eq!(code as usize, number);
             assert_eq!(codes(FaultSet::of(&[code])), [code]);
         }
-        assert_eq!(FaultSet::from_bits(u32::MAX), FaultSet::of(&FaultCode::ALL));
     }
 
     #[test]

@@ -2,12 +2,17 @@
 
 use firmware_common::reader::{Seen, TagRead};
 use heapless::Vec;
-use protocol::{DeviceId, Epoch, Frame, Message, Recipient};
+use protocol::{DeviceId, Frame, Message, Recipient};
 
-use crate::safety::{Power, Sensors};
+use crate::{
+    safety::{Power, Sensors},
+    store::Record,
+};
 
 /// The most messages a step sends: one of each kind.
 pub const MESSAGES_PER_STEP: usize = 8;
+/// The most records a step has to store: one of each kind.
+pub const RECORDS_PER_STEP: usize = 2;
 
 /// What can happen to a pile.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +43,8 @@ impl From<Seen> for Input<'_> {
 pub enum To {
     /// The coordinator.
     Coordinator,
+    /// A person's tool.
+    Service,
     /// All other piles.
     Peers,
 }
@@ -46,6 +53,7 @@ impl From<To> for Recipient {
     fn from(to: To) -> Self {
         match to {
             To::Coordinator => Self::Device(DeviceId::Coordinator),
+            To::Service => Self::Device(DeviceId::Service),
             To::Peers => Self::Piles,
         }
     }
@@ -63,13 +71,19 @@ pub struct Outgoing {
 /// The messages of a step.
 pub type Messages = Vec<Outgoing, MESSAGES_PER_STEP>;
 
-/// What a step asks of the shell: the power first, then the memory, then the messages.
+/// The records of a step.
+pub type Records = Vec<Record, RECORDS_PER_STEP>;
+
+/// What a step asks of the shell: the power first, then the store, then the messages.
 #[derive(Clone, Debug)]
 pub struct Outputs {
     /// The command to contactor and power stage from now on.
     pub power: Power,
-    /// An epoch that must be in non-volatile memory before the messages go out.
-    pub store_epoch: Option<Epoch>,
+    /// What must be in non-volatile memory before the messages go out.
+    pub store: Records,
+    /// Whether the messages go out ahead of all that wait, whatever becomes of those: they may be
+    /// the last.
+    pub urgent: bool,
     /// What to send, in order.
     pub messages: Messages,
 }

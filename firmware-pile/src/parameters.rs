@@ -6,7 +6,7 @@ use firmware_common::{
 };
 use protocol::{BootEpoch, DurationMs, Epoch, PileId};
 
-use crate::safety::Limits;
+use crate::{faults::FaultSet, safety::Limits};
 
 /// What a pile is told at its start.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +17,8 @@ pub struct Parameters {
     pub boot: BootEpoch,
     /// The highest epoch seen before this start, from non-volatile memory.
     pub highest_epoch: Epoch,
+    /// The faults that were latched before this start, from non-volatile memory.
+    pub latched: FaultSet,
     /// What the pile gives a robot, in watts (g_pertime of LMPP eq. 2).
     pub power_w: f32,
     /// What voltage, current and temperature allow, and what the sensors measure.
@@ -44,6 +46,7 @@ impl Parameters {
             pile,
             boot: BootEpoch(1),
             highest_epoch: Epoch(0),
+            latched: FaultSet::EMPTY,
             power_w,
             limits: Limits::new(power_w),
             eta: DurationMs(5_000),

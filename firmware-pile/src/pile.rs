@@ -10,19 +10,20 @@ use firmware_common::{
     reader::TagRead,
 };
 use protocol::{
-    Ack, Availability, DeviceId, DurationMs, EndReason, Epoch, Message, Millis, Nack, PileRow, PileState,
-    Reference, TagId,
+    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, Epoch, FaultCode, Message,
+    Millis, Nack, NackReason, PileRow, PileState, Reference, TagId,
 };
 
 use crate::{
     charge::{self, Charge},
     faults::{FaultSet, Faults},
     gossip::Gossip,
-    io::{Input, Messages, Outgoing, Outputs, To},
+    io::{Input, Messages, Outgoing, Outputs, Records, To},
     lease::{Answer, Leases, Place},
     parameters::Parameters,
     reports::Reports,
     safety::{Power, Safety, conditions},
+    store::Record,
     table::PileTable,
     voice::Voice,
 };
@@ -48,6 +49,11 @@ pub struct ChargingPile {
     gossip: Gossip,
     voice: Voice,
     stored_epoch: Epoch,
+    stored_latched: FaultSet,
+    /// The last fault that was cleared by command: who commanded it, and what was answered.
+    cleared: Option<(DeviceId, CommandId, Answer)>,
+    /// Whether the last word before the mains are gone was said.
+    farewell: bool,
 }
 
 impl ChargingPile {
@@ -70,7 +76,7 @@ impl ChargingPile {
             leases: Leases::new(parameters.highest_epoch),
             presence: Presence::new(parameters.docked, parameters.tag_timeout),
             served: None,
-            faults: Faults::new(FaultSet::EMPTY),
+            faults: Faults::new(parameters.latched),
             safety: Safety::new(parameters.limits, parameters.power_w),
             passes: PassCounter::new(parameters.pass_rule),
             reports: Reports::new(parameters.boot),
@@ -84,6 +90,9 @@ impl ChargingPile {
                 ended: None,
             }),
             stored_epoch: parameters.highest_epoch,
+            stored_latched: parameters.latched,
+            cleared: None,
+            farewell: false,
         }
     }
 
@@ -94,12 +103,14 @@ impl ChargingPile {
         let mut messages = Messages::new();
         self.take(input, &mut messages);
         self.settle();
-        self.speak(&mut messages);
-
-        let epoch = self.leases.highest_epoch();
-        let store_epoch = (epoch > self.stored_epoch).then_some(epoch);
-        self.stored_epoch = epoch;
-        Outputs { power: self.safety.power(), store_epoch, messages }
+        let urgent = if self.faults.active().contains(FaultCode::MainsLost) {
+            self.say_farewell(&mut messages)
+        } else {
+            self.farewell = false;
+            self.speak(&mut messages);
+            false
+        };
+        Outputs { power: self.safety.power(), store: self.records(), urgent, messages }
     }
 
     /// What the pile does with its place.
@@ -188,7 +199,12 @@ impl ChargingPile {
                         self.hear_table(table);
                     }
                 }
-                DeviceId::Robot(_) | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => {}
+                DeviceId::Service => {
+                    if let Message::ClearFault(command) = &frame.message {
+                        self.clear_fault(DeviceId::Service, *command, messages);
+                    }
+                }
+                DeviceId::Robot(_) | DeviceId::Chassis(_) | DeviceId::Factory => {}
             },
         }
     }
@@ -217,11 +233,24 @@ impl ChargingPile {
                 let answer = self.leases.revoke(revoke, self.clock.site_now(self.now));
                 say(messages, To::Coordinator, answered(Reference::Command(revoke.head.id), answer));
             }
+            Message::ClearFault(command) => self.clear_fault(DeviceId::Coordinator, *command, messages),
             Message::TimeSync(sync) => self.clock.accept(self.now, sync),
             Message::Ack(Ack { of: Reference::Report(report) }) => self.reports.acknowledged(*report),
             Message::PileTable(table) => self.hear_table(table),
             _ => {}
         }
+    }
+
+    /// Clears a latched fault whose cause is gone. Both who may command it number their commands.
+    fn clear_fault(&mut self, by: DeviceId, command: ClearFault, messages: &mut Messages) {
+        let answer = match self.cleared {
+            Some((of, id, answer)) if (of, id) == (by, command.command) => answer,
+            _ if self.faults.clear(command.code) => Ok(()),
+            _ => Err(NackReason::NotCleared),
+        };
+        self.cleared = Some((by, command.command, answer));
+        let to = if by == DeviceId::Service { To::Service } else { To::Coordinator };
+        say(messages, to, answered(Reference::Command(command.command), answer));
     }
 
     /// Whether a robot stands here, or has not yet gone, that is not the one with `tag`.
@@ -312,6 +341,34 @@ impl ChargingPile {
         if let Some(part) = self.gossip.part(self.now, changed, self.row(), &self.table) {
             say(messages, To::Peers, Message::PileTable(part));
         }
+    }
+
+    /// The mains are lost and there is power for one more frame: what is wrong. Then nothing is said
+    /// until they are back. Answers whether it was said now.
+    fn say_farewell(&mut self, messages: &mut Messages) -> bool {
+        messages.clear();
+        let is_first = !core::mem::replace(&mut self.farewell, true);
+        if is_first {
+            say(messages, To::Coordinator, Message::PileFaults(self.faults.told()));
+        }
+        is_first
+    }
+
+    /// What has changed of that which must outlive a restart.
+    fn records(&mut self) -> Records {
+        let mut records = Records::new();
+        let epoch = self.leases.highest_epoch();
+        if epoch > self.stored_epoch {
+            self.stored_epoch = epoch;
+            // It fits, as the next does: a step has one of each kind.
+            let _ = records.push(Record::Epoch(epoch));
+        }
+        let latched = self.faults.latched();
+        if latched != self.stored_latched {
+            self.stored_latched = latched;
+            let _ = records.push(Record::Latched(latched.iter().collect()));
+        }
+        records
     }
 
     fn say_hello(&mut self, messages: &mut Messages) {

@@ -10,9 +10,9 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Ticker};
 use firmware_common::supervisor::Place;
 use firmware_common::tasks::{Inbox, News, Outbox};
-use protocol::{Epoch, Millis};
+use protocol::Millis;
 
-use crate::{ChargingPile, Input, Outputs, Power, Sensors};
+use crate::{ChargingPile, Input, Outputs, Power, Sensors, store::Record};
 
 /// How often the sensors are read.
 const TICK: Duration = Duration::from_millis(10);
@@ -31,8 +31,8 @@ pub trait Charger {
 
 /// What a restart must not forget.
 pub trait Memory {
-    /// Stores the highest epoch seen. When this returns, it is stored.
-    fn store_epoch(&mut self, epoch: Epoch) -> impl Future<Output = ()>;
+    /// Stores a record. When this returns, it is stored.
+    fn store(&mut self, record: Record) -> impl Future<Output = ()>;
 }
 
 /// Runs the core: every input at its time, a sample before anything else that waits; the power first,
@@ -69,8 +69,11 @@ async fn obey(
     outbox: &Outbox<OUTBOX>,
 ) {
     charger.command(outputs.power);
-    if let Some(epoch) = outputs.store_epoch {
-        memory.store_epoch(epoch).await;
+    if outputs.urgent {
+        outbox.clear();
+    }
+    for record in outputs.store {
+        memory.store(record).await;
     }
     // Over a UART both the coordinator and, through it, the other piles are reached.
     for outgoing in outputs.messages {

@@ -34,6 +34,8 @@ pub struct Bench {
     pub now: Millis,
     /// Everything it ever sent to the coordinator.
     pub sent: Vec<Message>,
+    /// Everything it ever sent to a person's tool.
+    pub serviced: Vec<Message>,
     /// Everything it ever sent to the other piles.
     pub gossip: Vec<Message>,
     /// The tag of the robot that stands before the reader, and how loud it is.
@@ -61,6 +63,7 @@ impl Bench {
             pile: ChargingPile::new(parameters),
             now: Millis(0),
             sent: Vec::new(),
+            serviced: Vec::new(),
             gossip: Vec::new(),
             standing: None,
             plant: Plant::new(),
@@ -80,6 +83,7 @@ impl Bench {
         for outgoing in &outputs.messages {
             match outgoing.to {
                 To::Coordinator => self.sent.push(outgoing.message.clone()),
+                To::Service => self.serviced.push(outgoing.message.clone()),
                 To::Peers => self.gossip.push(outgoing.message.clone()),
             }
         }

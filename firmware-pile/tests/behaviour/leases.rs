@@ -1,6 +1,6 @@
 //! Which commands the pile obeys.
 
-use firmware_pile::{ChargingPile, Input, Parameters};
+use firmware_pile::{ChargingPile, Input, Parameters, store::Record};
 use protocol::*;
 
 use crate::bench::{Bench, ack, nack, tag};
@@ -21,8 +21,8 @@ fn a_lower_epoch_is_refused_with_the_highest() {
 fn a_higher_epoch_is_handed_out_for_storage_once() {
     let mut bench = Bench::new();
     let grant = bench.grant(2, 1, 3, 1_000.0);
-    assert_eq!(bench.hear(Message::Grant(grant)).store_epoch, Some(Epoch(2)));
-    assert_eq!(bench.step(Input::Tick).store_epoch, None);
+    assert_eq!(bench.hear(Message::Grant(grant)).store.as_slice(), [Record::Epoch(Epoch(2))]);
+    assert!(bench.step(Input::Tick).store.is_empty());
 }
 
 #[test]

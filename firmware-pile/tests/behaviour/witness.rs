@@ -8,6 +8,7 @@ use firmware_pile::{
     faults::READER_TIMEOUT,
     lease::EXTENSION_GRACE,
     plant::{Battery, Plant},
+    store::Record,
 };
 use protocol::*;
 
@@ -42,6 +43,7 @@ pub struct Witness {
     over: BTreeSet<LeaseId>,
     holder: Option<LeaseId>,
     highest_epoch: Epoch,
+    stored_latched: BTreeSet<FaultCode>,
     last_read: BTreeMap<TagId, Millis>,
     last_strong_read: BTreeMap<TagId, Millis>,
     reader_heard: Millis,
@@ -71,6 +73,7 @@ impl Witness {
             over: BTreeSet::new(),
             holder: None,
             highest_epoch: Epoch(0),
+            stored_latched: BTreeSet::new(),
             last_read: BTreeMap::new(),
             last_strong_read: BTreeMap::new(),
             reader_heard: Millis(0),
@@ -239,10 +242,18 @@ impl Witness {
 
     fn judge(&mut self, outputs: &Outputs) {
         assert!(outputs.messages.len() < outputs.messages.capacity(), "a message may not have fitted");
-        if let Some(epoch) = outputs.store_epoch {
-            assert!(epoch > self.highest_epoch);
-            self.highest_epoch = epoch;
+        for record in &outputs.store {
+            match record {
+                Record::Epoch(epoch) => {
+                    assert!(*epoch > self.highest_epoch);
+                    self.highest_epoch = *epoch;
+                }
+                Record::Latched(latched) => self.stored_latched = latched.iter().copied().collect(),
+                other => panic!("nobody asked to store {other:?}"),
+            }
         }
+        let latched: BTreeSet<_> = self.pile.faults().latched().iter().collect();
+        assert_eq!(latched, self.stored_latched, "a restart would forget faults");
         for outgoing in &outputs.messages {
             match &outgoing.message {
                 Message::TimeRequest(request) => self.asked_at = Some(request.asked_at),

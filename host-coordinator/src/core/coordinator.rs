@@ -6,8 +6,9 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use protocol::{
-    Ack, Activity, BootEpoch, ChargeReport, DeviceId, Epoch, Fault, Frame, Hello, LeaseId, LeaseRef, Message,
-    PassReport, PileId, Reference, RobotId, RobotState, SiteMillis, TagId, TimeSync, version,
+    Ack, Activity, Availability, BootEpoch, ChargeReport, DeviceId, Epoch, Fault, Frame, Hello, LeaseId,
+    LeaseRef, Message, PassReport, PileFaults, PileId, Reference, RobotId, RobotState, SiteMillis, TagId,
+    TimeSync, version,
 };
 
 use super::{
@@ -241,6 +242,7 @@ impl Coordinator {
                 self.note_fault(turn, pile, fault);
                 turn.send(to, Message::Ack(Ack { of: Reference::Report(fault.report) }));
             }
+            Message::PileFaults(told) => self.hear_farewell(turn, pile, &told),
             Message::TimeRequest(request) => {
                 turn.send(to, Message::TimeSync(TimeSync { asked_at: request.asked_at, site_now: turn.now }))
             }
@@ -314,6 +316,17 @@ impl Coordinator {
         self.record(turn, Fact::FaultReported { pile, report, code, active });
         if active {
             turn.warn(format!("pile {pile} has a fault: {}", super::view::fault_name(code)));
+        }
+    }
+
+    /// The last word of a pile that loses its mains. What it names is reported, for the record, when
+    /// the pile is back.
+    fn hear_farewell(&mut self, turn: &mut Turn, pile: PileId, told: &PileFaults) {
+        if let Some(report) = &mut self.observed.piles.entry(pile).or_default().report {
+            report.row.availability = Availability::Fault;
+        }
+        for fault in told.faults.iter().filter(|fault| fault.active) {
+            turn.warn(format!("pile {pile} falls silent: {}", super::view::fault_name(fault.code)));
         }
     }
 

@@ -76,7 +76,7 @@ impl PileNode {
     }
 
     fn input(&mut self, now: Millis, input: Input<'_>) {
-        // The simulated pile never loses its memory, so there is no epoch to store.
+        // The simulated pile never loses its memory, so there is nothing to store.
         let Outputs { power, messages, .. } = self.core.step(now, input);
         self.plant.command(power);
         for outgoing in messages {
@@ -86,6 +86,8 @@ impl PileNode {
             let addresses = match outgoing.to {
                 To::Coordinator => slice::from_ref(&self.coordinator),
                 To::Peers => &self.peers,
+                // Nobody brings a tool to a simulated pile.
+                To::Service => &[],
             };
             self.link.send(outgoing.to.into(), &outgoing.message, addresses.iter().copied());
         }

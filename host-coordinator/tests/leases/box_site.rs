@@ -9,6 +9,7 @@ use std::{
 use firmware_pile::{
     ChargingPile, Input as PileInput, Parameters, TagRead, To,
     plant::{Battery, Plant},
+    store::Record,
 };
 use host_coordinator::{
     config::{Policy, RobotConfig},
@@ -306,13 +307,17 @@ impl BoxSite {
     fn step_pile(&mut self, id: PileId, input: PileInput<'_>) {
         let Some(pile) = self.piles.get_mut(&id) else { return };
         let outputs = pile.core.step(Millis(self.now - pile.started), input);
-        pile.stored_epoch = outputs.store_epoch.unwrap_or(pile.stored_epoch);
+        for record in outputs.store {
+            if let Record::Epoch(epoch) = record {
+                pile.stored_epoch = epoch;
+            }
+        }
         pile.plant.command(outputs.power);
         let mut post = Vec::new();
         for outgoing in outputs.messages {
             let to: Vec<_> = match outgoing.to {
                 To::Coordinator => vec![DeviceId::Coordinator],
-                To::Peers => continue,
+                To::Service | To::Peers => continue,
             };
             let bytes = pile.sessions.seal(outgoing.to.into(), &outgoing.message).unwrap();
             post.extend(to.into_iter().map(|to| (to, bytes.to_vec())));

@@ -624,3 +624,18 @@ fn a_first_time_and_a_device_of_no_site_are_answered_and_refused() {
     assert!(desk.sent.is_empty());
     assert_eq!(desk.warnings.len(), 3);
 }
+
+#[test]
+fn a_pile_that_says_farewell_gets_no_robot_and_is_named() {
+    let mut desk = Desk::new();
+    desk.pile_says(P, Availability::Free, None);
+    let state = FaultState { code: FaultCode::MainsLost, active: true, latched: false };
+    let faults = [state].into_iter().collect();
+    desk.hear(DeviceId::Pile(P), Message::PileFaults(PileFaults { faults }));
+    assert!(desk.warnings.iter().any(|warning| warning.contains("pile 2") && warning.contains("mains_lost")));
+    desk.ask(ROBOT, 1);
+    assert_eq!(desk.place(ROBOT), Some(Place::Waiting));
+    desk.pile_says(P, Availability::Free, None);
+    desk.wait(1_000);
+    assert_eq!(desk.place(ROBOT), Some(Place::Granted(P)));
+}

@@ -35,7 +35,8 @@ pub enum Topic {
     Parameters,
 }
 
-/// All that is wrong with a pile, or was and has not been cleared.
+/// All that is wrong with a pile, or was and has not been cleared. Unasked it is the last word to the
+/// coordinator of a pile that loses its mains.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PileFaults {
