@@ -31,6 +31,7 @@
 //! | [`charge`] | how long a charge takes and how much of it is left (LMPP eqs. 1, 2) |
 //! | [`safety`] | whether the contacts may be live, and how they become so and stop being so |
 //! | [`faults`] | what is wrong, since when, and what of it has to be told and cleared |
+//! | [`scaling`] | what the board's voltages mean |
 //! | [`plant`] | a model of what a pile's board is connected to, for tests and emulation |
 //! | [`table`] | what all piles said of themselves (LMPP Figs. 1 to 3) |
 //! | [`gossip`] | which part of that is told to the other piles when |
@@ -56,6 +57,7 @@ pub mod pile;
 pub mod plant;
 pub mod reports;
 pub mod safety;
+pub mod scaling;
 pub mod store;
 pub mod table;
 #[cfg(all(target_arch = "arm", target_os = "none"))]

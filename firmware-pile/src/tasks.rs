@@ -10,7 +10,7 @@ use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Ticker};
 use firmware_common::supervisor::Place;
 use firmware_common::tasks::{Inbox, News, Outbox};
-use protocol::Millis;
+use protocol::{Availability, Millis};
 
 use crate::{ChargingPile, Input, Outputs, Power, Sensors, store::Record};
 
@@ -27,6 +27,9 @@ pub trait Charger {
 
     /// What contactor and power stage do from now on. A contactor that is to open is opened first.
     fn command(&mut self, power: Power);
+
+    /// What a person who stands at the pile is to see, if the board can show it.
+    fn show(&mut self, _availability: Availability) {}
 }
 
 /// What a restart must not forget.
@@ -59,6 +62,7 @@ pub async fn run(
             Either::Second(News::Discarded(_)) => continue,
         };
         obey(outputs, &mut charger, &mut memory, outbox).await;
+        charger.show(pile.availability());
     }
 }
 

@@ -8,8 +8,12 @@ use crate::{root, size};
 
 /// What an image is built from: package, and the board it runs on. The board is a feature of the
 /// package; the image is the package's binary of both names.
-pub const IMAGES: [(&str, &str); 3] =
-    [("firmware-pile", "emulated"), ("firmware-chassis", "emulated"), ("firmware-chassis", "stm32")];
+pub const IMAGES: [(&str, &str); 4] = [
+    ("firmware-pile", "emulated"),
+    ("firmware-pile", "stm32"),
+    ("firmware-chassis", "emulated"),
+    ("firmware-chassis", "stm32"),
+];
 
 /// Builds every image and prints its flash and RAM use.
 pub fn build(toolchain: &Toolchain) -> Result<(), Failure> {

@@ -4,6 +4,9 @@ use embassy_stm32::adc::{Adc, AnyAdcChannel, SampleTime};
 use embassy_stm32::pac;
 use embassy_stm32::{Peri, peripherals::ADC1};
 
+/// Conversions of a pin whose mean is taken: their last bits are never still, so that a mean that does
+/// not change is not measured.
+const CONVERSIONS: u16 = 16;
 /// A conversion takes 4.6 microseconds (84 and 12 cycles of 21 MHz); a converter that is not done after
 /// looking this often, some 50 microseconds, never will be.
 const LOOKS: u32 = 1_000;
@@ -33,14 +36,19 @@ impl<const CHANNELS: usize> Meter<CHANNELS> {
         Self { channels, _owned: (adc, pins) }
     }
 
-    /// What is at the pins, in the order they were given: 0 to 4095 for 0 V to the reference. `None`
-    /// if the converter does not answer.
-    pub fn read(&mut self) -> Option<[u16; CHANNELS]> {
-        let mut samples = [0; CHANNELS];
-        for (sample, channel) in samples.iter_mut().zip(self.channels) {
-            *sample = convert(channel)?;
+    /// What is at the pins, in the order they were given, 80 microseconds each: 0 to 4095 for 0 V to
+    /// the reference, not rounded. `None` if the converter does not answer.
+    pub fn read(&mut self) -> Option<[f32; CHANNELS]> {
+        let mut means = [0.0; CHANNELS];
+        for (mean, channel) in means.iter_mut().zip(self.channels) {
+            let mut sum: u16 = 0;
+            for _ in 0..CONVERSIONS {
+                // It fits: 16 times 12 bits.
+                sum = sum.wrapping_add(convert(channel)?);
+            }
+            *mean = f32::from(sum) / f32::from(CONVERSIONS);
         }
-        Some(samples)
+        Some(means)
     }
 }
 

@@ -23,7 +23,7 @@ const GYRO_CLOCK: Hertz = Hertz(5_250_000);
 /// The converter's reference.
 const REFERENCE_V: f32 = 3.3;
 /// The highest the converter gives; both ends mean a broken line.
-const RAIL: u16 = 4095;
+const RAIL: f32 = 4095.0;
 /// 47 and 10 kilo-ohm.
 const DIVIDER: f32 = 5.7;
 /// The current meter's, about half the reference.
@@ -143,8 +143,8 @@ impl HardwareBody {
 }
 
 /// None at the rails: no battery of ours reaches them.
-fn volts(sample: u16) -> Option<f32> {
-    (1..RAIL).contains(&sample).then(|| f32::from(sample) * REFERENCE_V / f32::from(RAIL))
+fn volts(sample: f32) -> Option<f32> {
+    (1.0..RAIL).contains(&sample).then_some(sample * REFERENCE_V / RAIL)
 }
 
 impl Body for HardwareBody {

@@ -11,7 +11,7 @@ pub use body::HardwareBody;
 
 use embassy_stm32::usart::{self, BufferedUart, BufferedUartRx, BufferedUartTx};
 use embassy_stm32::{bind_interrupts, pac, peripherals};
-use firmware_common::stm32::{HardwareWatchdog, READER_BAUD, clocks, line, reset_by_watchdog};
+use firmware_common::stm32::{self, HardwareWatchdog, READER_BAUD, line, reset_by_watchdog};
 use firmware_common::supervisor;
 use protocol::{BootEpoch, DurationMs};
 
@@ -53,7 +53,7 @@ impl Board {
     pub fn take() -> Option<Self> {
         let link_ring = cortex_m::singleton!(: [[u8; RING]; 2] = [[0; RING]; 2])?;
         let reader_ring = cortex_m::singleton!(: [[u8; RING]; 2] = [[0; RING]; 2])?;
-        let pins = Pins::take(embassy_stm32::init(clocks()));
+        let pins = Pins::take(stm32::start());
         let start = if reset_by_watchdog() { Start::Watchdog } else { Start::PowerOn };
         let boot = count_start();
         let watchdog = HardwareWatchdog::start(pins.watchdog, WATCHDOG_TIMEOUT);

@@ -1,24 +1,6 @@
 //! Which pin does what: the one table. `docs/chassis-board.md` shows the same, and a test compares.
 
-use embassy_stm32::{Peri, Peripherals, peripherals};
-
-macro_rules! pins {
-    ($($(#[$doc:meta])* $name:ident: $pin:ident,)*) => {
-        /// The board's pins, and the peripherals behind them.
-        pub struct Pins {
-            $($(#[$doc])* pub $name: Peri<'static, peripherals::$pin>,)*
-        }
-
-        impl Pins {
-            /// Takes them out of all there is.
-            pub fn take(all: Peripherals) -> Self {
-                Self { $($name: all.$pin,)* }
-            }
-        }
-    };
-}
-
-pins! {
+firmware_common::pins! {
     /// PWM of wheel A, rear left: TIM1 channel 1.
     pwm_a: PE9,
     /// PWM of wheel B, front left: TIM1 channel 2.

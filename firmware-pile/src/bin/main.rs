@@ -1,0 +1,97 @@
+//! The pile on the board that is flashed. `cargo xtask firmware` builds it.
+#![no_std]
+#![no_main]
+
+#[cfg(not(all(target_arch = "arm", target_os = "none")))]
+compile_error!("this image runs on an ARM core: build it with `cargo xtask firmware`");
+
+use cortex_m_rt::entry;
+use embassy_futures::block_on;
+use embassy_stm32::usart::{BufferedUartRx, BufferedUartTx};
+use firmware_common::executor::{execute, execute_above};
+use firmware_common::stm32::HardwareWatchdog;
+use firmware_common::supervisor::{Place, Roll};
+use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
+use firmware_pile::board::stm32::{Board, HardwareCharger, StoreFlash, TagReader, UhfReader};
+use firmware_pile::faults::FaultSet;
+use firmware_pile::store::Store;
+use firmware_pile::tasks;
+use firmware_pile::{ChargingPile, Parameters};
+use protocol::{DeviceId, PileId, Sessions};
+
+static INBOX: Inbox = Inbox::new();
+static OUTBOX: Outbox<{ tasks::OUTBOX }> = Outbox::new();
+static ROLL: Roll<5> = Roll::new();
+
+/// Until a board can be provisioned it is pile 1, and gives what the piles of `sites/lmpp-fig7` do.
+const PILE: PileId = PileId(1);
+const POWER_W: f32 = 500.0;
+
+#[entry]
+fn main() -> ! {
+    let Some(board) = Board::take() else {
+        defmt::panic!("the board has been taken before, or cannot have its baud rates");
+    };
+    let Board { link_rx, link_tx, uhf_reader, tag_reader, charger, flash, watchdog, .. } = board;
+    if board.reset_by_watchdog {
+        defmt::warn!("the watchdog restarted the board");
+    }
+    // The contacts are dead: the store may erase.
+    let (store, kept) = match block_on(Store::load(flash, StoreFlash::START)) {
+        Ok(loaded) => loaded,
+        Err(error) => defmt::panic!("{}", defmt::Display2Format(&error)),
+    };
+    let parameters = Parameters {
+        boot: kept.boot,
+        highest_epoch: kept.epoch,
+        latched: FaultSet::of(&kept.latched),
+        ..Parameters::new(PILE, POWER_W)
+    };
+    defmt::warn!("INSECURE: this image has no keys and believes whoever can reach its link");
+    let sessions = Sessions::insecure(DeviceId::Pile(parameters.pile), parameters.boot);
+    let Some(trusted) = cortex_m::singleton!(: Trusted<0> = Trusted::new(sessions)) else {
+        defmt::panic!("the board has been taken before");
+    };
+    let trusted: &'static Trusted<0> = trusted;
+    let [running, listening, speaking, watching_uhf, watching_tags] = ROLL.places();
+    defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
+    execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(parameters, charger, store, running))));
+    execute(|spawner| {
+        spawner.spawn(defmt::unwrap!(supervise(watchdog)));
+        spawner.spawn(defmt::unwrap!(listen(link_rx, trusted, listening)));
+        spawner.spawn(defmt::unwrap!(speak(link_tx, trusted, speaking)));
+        spawner.spawn(defmt::unwrap!(watch_uhf(uhf_reader, watching_uhf)));
+        spawner.spawn(defmt::unwrap!(watch_tags(tag_reader, watching_tags)));
+    })
+}
+
+#[embassy_executor::task]
+async fn run(parameters: Parameters, charger: HardwareCharger, store: Store<StoreFlash>, place: Place) {
+    tasks::run(ChargingPile::new(parameters), charger, store, &INBOX, &OUTBOX, place).await
+}
+
+#[embassy_executor::task]
+async fn supervise(watchdog: HardwareWatchdog) {
+    let names = ["run", "listen", "speak", "watch UHF", "watch tags"];
+    common::supervise(watchdog, &ROLL, names).await
+}
+
+#[embassy_executor::task]
+async fn listen(link: BufferedUartRx<'static>, trusted: &'static Trusted<0>, place: Place) {
+    common::listen(link, trusted, &INBOX, place).await
+}
+
+#[embassy_executor::task]
+async fn speak(link: BufferedUartTx<'static>, trusted: &'static Trusted<0>, place: Place) {
+    common::speak(link, trusted, &OUTBOX, place).await
+}
+
+#[embassy_executor::task]
+async fn watch_uhf(reader: UhfReader, place: Place) {
+    common::watch(reader, &INBOX, place).await
+}
+
+#[embassy_executor::task]
+async fn watch_tags(reader: TagReader, place: Place) {
+    common::watch(reader, &INBOX, place).await
+}
