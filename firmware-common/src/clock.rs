@@ -45,6 +45,14 @@ impl SiteClock {
         Some(TimeRequest { asked_at: now })
     }
 
+    /// The other side has said Hello: a question that is still open was asked before it could believe
+    /// it, and is to be asked again at once.
+    pub const fn ask_again(&mut self) {
+        if !self.answered {
+            self.asked_at = None;
+        }
+    }
+
     /// Takes an answer, if it is one to the last question and quick enough. The coordinator is
     /// taken to have read its clock half way through the round trip.
     pub fn accept(&mut self, now: Millis, sync: &TimeSync) {
@@ -65,6 +73,18 @@ mod tests {
 
     fn sync(asked_at: u64, site_now: u64) -> TimeSync {
         TimeSync { asked_at: Millis(asked_at), site_now: SiteMillis(site_now) }
+    }
+
+    #[test]
+    fn a_question_from_before_a_hello_is_asked_again_at_once_and_an_answered_one_is_not() {
+        let mut clock = SiteClock::new();
+        assert!(clock.request(Millis(0), false).is_some());
+        assert_eq!(clock.request(Millis(10), false), None);
+        clock.ask_again();
+        assert!(clock.request(Millis(20), false).is_some());
+        clock.accept(Millis(30), &sync(20, 1_000));
+        clock.ask_again();
+        assert_eq!(clock.request(Millis(40), false), None);
     }
 
     #[test]

@@ -33,6 +33,13 @@ impl Greeting {
         wanted
     }
 
+    /// A frame that says it is of the peer does not authenticate: it may not know of our start, and
+    /// Hello is to be said now if this is true.
+    #[must_use]
+    pub fn distrusted(&self, now: Millis) -> bool {
+        is_due(now, self.said_at, limits::REPEAT_INTERVAL)
+    }
+
     /// Whether Hello has to be said because the peer has not answered it yet.
     #[must_use]
     pub fn is_due(&self, now: Millis) -> bool {
@@ -82,6 +89,17 @@ mod tests {
         assert!(greeting.greeted(Millis(REPEAT)));
         greeting.hello(Millis(REPEAT), Epoch(0));
         assert!(!greeting.greeted(Millis(REPEAT + 1)), "two answers would chase each other");
+    }
+
+    #[test]
+    fn a_peer_that_is_distrusted_is_told_of_our_start_but_not_faster_than_it_may_answer() {
+        let mut greeting = Greeting::new();
+        greeting.hello(Millis(0), Epoch(0));
+        greeting.greeted(Millis(1));
+        assert!(!greeting.distrusted(Millis(REPEAT - 1)));
+        assert!(greeting.distrusted(Millis(REPEAT)));
+        greeting.hello(Millis(REPEAT), Epoch(0));
+        assert!(!greeting.distrusted(Millis(REPEAT + 1)));
     }
 
     #[test]

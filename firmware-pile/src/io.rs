@@ -2,7 +2,7 @@
 
 use firmware_common::reader::{Seen, TagRead};
 use heapless::Vec;
-use protocol::{DeviceId, Frame, Message, Recipient};
+use protocol::{DeviceId, Frame, FrameError, Message, Recipient};
 
 use crate::{
     safety::{Power, Sensors},
@@ -27,6 +27,8 @@ pub enum Input<'a> {
     ReaderIdle,
     /// A frame arrived.
     Frame(&'a Frame),
+    /// Something arrived on the link that is no frame, or none to be believed.
+    Discarded(FrameError),
 }
 
 impl From<Seen> for Input<'_> {

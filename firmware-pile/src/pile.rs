@@ -10,7 +10,7 @@ use firmware_common::{
     reader::TagRead,
 };
 use protocol::{
-    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, Epoch, FaultCode, Message,
+    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, Epoch, FaultCode, FrameError, Message,
     Millis, Nack, NackReason, PileRow, PileState, Reference, TagId,
 };
 
@@ -192,6 +192,13 @@ impl ChargingPile {
                     charge.deliver(given_j);
                 }
             }
+            // It does not know of our start.
+            Input::Discarded(FrameError::Unauthentic { sender: DeviceId::Coordinator }) => {
+                if self.voice.distrusted(self.now) {
+                    self.say_hello(messages);
+                }
+            }
+            Input::Discarded(_) => {}
             Input::Frame(frame) => match frame.header.sender {
                 DeviceId::Coordinator => self.hear_coordinator(&frame.message, messages),
                 DeviceId::Pile(_) => {
@@ -214,6 +221,7 @@ impl ChargingPile {
         match message {
             Message::Hello(hello) => {
                 self.leases.see_epoch(hello.epoch);
+                self.clock.ask_again();
                 if self.voice.greeted(self.now) {
                     self.say_hello(messages);
                 }

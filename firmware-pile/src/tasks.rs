@@ -59,7 +59,7 @@ pub async fn run(
             }
             Either::Second(News::Frame(frame)) => pile.step(now, Input::Frame(frame)),
             Either::Second(News::Seen(seen)) => pile.step(now, (*seen).into()),
-            Either::Second(News::Discarded(_)) => continue,
+            Either::Second(News::Discarded(error)) => pile.step(now, Input::Discarded(*error)),
         };
         obey(outputs, &mut charger, &mut memory, outbox).await;
         charger.show(pile.availability());

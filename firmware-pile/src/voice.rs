@@ -36,9 +36,17 @@ impl Voice {
         &self.state
     }
 
-    /// The coordinator's Hello arrived. Whether ours is to be said now.
+    /// The coordinator's Hello arrived. Whether ours is to be said now; the state is due too, because
+    /// what was said before may not have been believed.
     pub fn greeted(&mut self, now: Millis) -> bool {
+        self.state_at = None;
         self.greeting.greeted(now)
+    }
+
+    /// A frame that says it is of the coordinator does not authenticate. Whether Hello is to be said.
+    #[must_use]
+    pub fn distrusted(&self, now: Millis) -> bool {
+        self.greeting.distrusted(now)
     }
 
     /// Whether Hello has to be said because the coordinator has not answered it yet.

@@ -13,7 +13,8 @@ use protocol::{DurationMs, EnergyJ, PileId, RobotId, TagId};
 
 use crate::{
     diagnostics::Diagnostics,
-    document::{self, Document, Section, number, one_of, parsed, text, whole},
+    document::{self, Document, Section, flag, number, one_of, parsed, text, whole},
+    keys::Keys,
     selection::Rule,
     site::Site,
 };
@@ -25,6 +26,8 @@ pub struct Config {
     pub site: PathBuf,
     /// The SQLite file of the event log; it is made if it is not there.
     pub event_log: PathBuf,
+    /// Whom it believes.
+    pub security: Security,
     /// Where the coordinator can be reached.
     pub listen: Listen,
     /// How it decides.
@@ -33,6 +36,15 @@ pub struct Config {
     pub robots: Vec<RobotConfig>,
     /// The piles that it calls by TCP; the others call it.
     pub connect: Vec<(PileId, SocketAddr)>,
+}
+
+/// Whom a coordinator believes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Security {
+    /// Who has the key that belongs to it.
+    Keys(Keys),
+    /// Anyone who can reach it.
+    Insecure,
 }
 
 /// Where the coordinator can be reached. By default on this computer only.
@@ -111,12 +123,39 @@ impl Config {
 fn config(document: &Document<'_>, mut root: Section<'_>) -> Option<(Config, Vec<usize>)> {
     let site = root.required("site", &text());
     let event_log = root.required("event_log", &text());
+    let security = security(document, &mut root);
     let listen = listen(root.table("listen"));
     let policy = policy(root.table("policy"));
     let robots = robots(root.tables("robot"));
     let (connect, pile_lines) = connect(root.tables("pile")).into_iter().unzip();
     let (site, event_log) = (document.resolve(&site?), document.resolve(&event_log?));
-    Some((Config { site, event_log, listen, policy, robots, connect }, pile_lines))
+    let security = security?;
+    Some((Config { site, event_log, security, listen, policy, robots, connect }, pile_lines))
+}
+
+fn security(document: &Document<'_>, root: &mut Section<'_>) -> Option<Security> {
+    let insecure = root.optional("insecure", &flag());
+    let keys = root.optional("keys", &text());
+    match (keys, insecure == Some(true)) {
+        (None, true) => Some(Security::Insecure),
+        (Some(file), false) => {
+            let keys = Keys::load(&document.resolve(&file));
+            keys.map_err(|found| document.mistake_elsewhere(found.into_mistakes())).ok().map(Security::Keys)
+        }
+        (Some(_), true) => {
+            root.mistake("insecure", "`insecure` is true and there are `keys`", "one of the two");
+            None
+        }
+        (None, false) => {
+            root.mistake(
+                "keys",
+                "the file has no `keys`",
+                "`keys = \"keys.toml\"`, a file that `chargehand keys` makes, or `insecure = true` to believe \
+                 whoever can reach this coordinator",
+            );
+            None
+        }
+    }
 }
 
 fn listen(mut section: Section<'_>) -> Listen {
@@ -186,6 +225,13 @@ mod tests {
     use super::*;
 
     const EXAMPLE: &str = include_str!("../../sites/lmpp-fig7/chargehand.toml");
+    const KEYS: &str = "keys = \"keys.toml\"";
+
+    /// The example in a folder where there are no keys.
+    fn example() -> String {
+        assert!(EXAMPLE.contains(KEYS));
+        EXAMPLE.replace(KEYS, "insecure = true")
+    }
 
     fn read(text: String) -> Result<Config, Diagnostics> {
         document::read(Path::new("x.toml"), Ok(text), |document, root| Some(config(document, root)?.0))
@@ -193,10 +239,33 @@ mod tests {
 
     #[test]
     fn the_example_says_what_the_defaults_are() {
-        let example = read(EXAMPLE.into()).unwrap();
+        let example = read(example()).unwrap();
         assert_eq!((example.listen, example.policy), (Listen::default(), Policy::default()));
-        let least = read("site = \".\"\nevent_log = \"log\"".into()).unwrap();
+        let least = read("site = \".\"\nevent_log = \"log\"\ninsecure = true".into()).unwrap();
         assert_eq!((least.listen, least.policy), (example.listen, example.policy));
+    }
+
+    #[test]
+    fn a_coordinator_without_keys_is_one_by_name() {
+        let found = |security: &str| {
+            let text = example().replace("insecure = true", security);
+            read(text).map(|config| config.security).map_err(|found| found.to_string())
+        };
+        assert_eq!(found("insecure = true"), Ok(Security::Insecure));
+        for neither in ["", "insecure = false"] {
+            let error = found(neither).unwrap_err();
+            assert!(
+                error.contains("`keys = \"keys.toml\"`") && error.contains("`insecure = true`"),
+                "{error}"
+            );
+        }
+        let error = found("insecure = true\nkeys = \"src/lib.rs\"").unwrap_err();
+        assert!(error.contains("one of the two"), "{error}");
+        let error = found("keys = \"no-such.toml\"").unwrap_err();
+        assert!(
+            error.contains("no-such.toml: cannot be read") && error.contains("`chargehand keys"),
+            "{error}"
+        );
     }
 
     proptest! {
@@ -204,9 +273,10 @@ mod tests {
         fn a_spoilt_file_is_read_or_refused_without_panic(
             start: prop::sample::Index, length in 0usize..40, replacement in "[\\[\\]{}\"'=.,#0-9a-z\u{e9}\n -]{0,8}",
         ) {
-            let start = start.index(EXAMPLE.len());
-            let end = (start + length).min(EXAMPLE.len());
-            let spoilt = [&EXAMPLE[..start], &replacement, &EXAMPLE[end..]].concat();
+            let example = example();
+            let start = start.index(example.len());
+            let end = (start + length).min(example.len());
+            let spoilt = [&example[..start], &replacement, &example[end..]].concat();
             if let Err(found) = read(spoilt) {
                 prop_assert!(!found.mistakes().is_empty());
             }

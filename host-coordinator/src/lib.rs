@@ -11,6 +11,7 @@
 //! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
 //! | [`core`] | what happens, what is known, what follows: pure |
 //! | [`store`] | the event log |
+//! | [`keys`] | the file of keys that piles, robots and the coordinator share |
 //! | [`links`] | frames to and from piles and robots |
 //! | [`line`](mod@line) | the line to one board: serial or TCP |
 //! | [`chassis`] | a robot's chassis on the line to this computer: drive, watch, record, plot |
@@ -27,6 +28,7 @@ pub mod core;
 pub mod daemon;
 pub mod diagnostics;
 pub mod document;
+pub mod keys;
 pub mod line;
 pub mod links;
 pub mod reproduce;

@@ -63,11 +63,18 @@ pub enum FrameError {
         /// Who it says it is from.
         sender: DeviceId,
     },
-    /// It is not newer than the last frame of its sender: recorded and sent again, or late.
-    #[error(
-        "frame of {sender} is older than its last: a repeat, late, or {sender}'s count of starts went back"
-    )]
+    /// It is not newer than the last frame of its sender in the same start: repeated, or late.
+    #[error("frame of {sender} is not newer than its last: repeated on the way, or recorded and sent again")]
     Replayed {
+        /// Who it is from.
+        sender: DeviceId,
+    },
+    /// It is of an earlier start of its sender than the last.
+    #[error(
+        "frame of {sender} of an earlier start than its last: recorded, or {sender}'s count of starts went \
+         back; restart this side if it did"
+    )]
+    EarlierStart {
         /// Who it is from.
         sender: DeviceId,
     },

@@ -8,6 +8,7 @@
 mod chassis;
 mod check;
 mod demo;
+mod keys;
 mod map;
 mod plan;
 mod point;
@@ -47,6 +48,7 @@ enum Command {
     Select(select::Select),
     Reproduce(reproduce::Reproduce),
     Chassis(chassis::Chassis),
+    Keys(keys::MakeKeys),
 }
 
 impl Command {
@@ -60,6 +62,7 @@ impl Command {
             Self::Select(command) => command.run(),
             Self::Reproduce(command) => command.run(),
             Self::Chassis(command) => command.run(),
+            Self::Keys(command) => command.run(),
         }
     }
 }

@@ -13,7 +13,7 @@ use protocol::{
 
 use super::{
     event::{Event, Fact, Passes},
-    observed::{Freshness, Observed},
+    observed::{Distrust, Freshness, Observed},
     routes::Routes,
     site_view::SiteView,
     state::{Phase, State},
@@ -28,9 +28,15 @@ use crate::{
 #[allow(clippy::large_enum_variant, reason = "nearly all inputs are frames")]
 pub enum Input {
     /// It begins, or begins again after a crash: always the first input.
-    Started,
+    Started {
+        /// The time in seconds since 1970. The start gets at least this number, so that it is a new one
+        /// also when the log was lost.
+        boot_floor: BootEpoch,
+    },
     /// A frame arrived.
     Frame(Frame),
+    /// A frame arrived that says it is of this device and does not authenticate.
+    Distrusted(DeviceId),
     /// Time has passed; several times a second.
     Tick,
 }
@@ -113,10 +119,13 @@ impl Coordinator {
     pub fn step(&mut self, now: SiteMillis, input: Input) -> Step {
         let mut turn = Turn { now, step: Step::default() };
         match input {
-            Input::Started => {
+            Input::Started { boot_floor } => {
                 self.observed = Observed { started: now, queue_is_due: true, ..Observed::default() };
+                let boot = BootEpoch(self.state.boot.0.saturating_add(1)).max(boot_floor);
+                self.record(&mut turn, Fact::Started { boot });
                 self.start_epoch(&mut turn, Epoch(0), LeaseId(1));
             }
+            Input::Distrusted(device) => self.distrust(&mut turn, device),
             Input::Frame(frame) => self.hear(&mut turn, frame),
             Input::Tick => {}
         }
@@ -158,11 +167,7 @@ impl Coordinator {
             turn.warn(format!("{sender} is not of this site; its frames are ignored"));
             return;
         }
-        let contact = match sender {
-            DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
-            DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
-            DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => return,
-        };
+        let Some(contact) = self.observed.contact(sender) else { return };
         match contact.hear(turn.now, header) {
             Freshness::FirstOfBoot => {
                 contact.greeted = false;
@@ -190,11 +195,7 @@ impl Coordinator {
 
     /// Answers every Hello, and sends one to a device that does not know of our start yet.
     fn greet(&mut self, turn: &mut Turn, device: DeviceId, message: &Message) {
-        let contact = match device {
-            DeviceId::Pile(pile) => &mut self.observed.piles.entry(pile).or_default().contact,
-            DeviceId::Robot(robot) => &mut self.observed.robots.entry(robot).or_default().contact,
-            DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => return,
-        };
+        let Some(contact) = self.observed.contact(device) else { return };
         if let Message::Hello(theirs) = message {
             let theirs = version::Range { min: theirs.min, current: theirs.current };
             if let Err(error) = version::negotiate(version::OURS, theirs) {
@@ -210,7 +211,29 @@ impl Coordinator {
         {
             self.start_epoch(turn, hello.epoch, LeaseId(0));
         }
+        self.say_hello(turn, device);
+    }
+
+    fn say_hello(&self, turn: &mut Turn, device: DeviceId) {
         turn.send(device, Message::Hello(Hello::new(self.state.epoch)));
+    }
+
+    /// Says Hello to who does not know of our start yet, if it is that.
+    fn distrust(&mut self, turn: &mut Turn, device: DeviceId) {
+        if !self.knows(device) {
+            return;
+        }
+        let Some(contact) = self.observed.contact(device) else { return };
+        let Distrust { greet, warn } = contact.distrust(turn.now);
+        if greet {
+            self.say_hello(turn, device);
+        }
+        if warn {
+            turn.warn(format!(
+                "frames that say they are of {device} do not authenticate: its key is not the one in the \
+                 coordinator's file of keys, or somebody forges them"
+            ));
+        }
     }
 
     /// Goes beyond every epoch heard of, and beyond every lease number.

@@ -24,6 +24,11 @@ pub struct Event {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fact {
+    /// A coordinator began.
+    Started {
+        /// Which start it is, for its sessions: greater than in all before.
+        boot: BootEpoch,
+    },
     /// A coordinator took over, or learned of a higher epoch and went beyond it.
     EpochStarted {
         /// Its epoch.

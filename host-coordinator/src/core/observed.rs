@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use planning::grid::Cell;
 use protocol::{
-    Activity, BootEpoch, EnergyJ, Header, PileId, PileState, Position, RequestId, RobotId, RobotState,
-    Sequence, SiteMillis, limits,
+    Activity, BootEpoch, DeviceId, EnergyJ, Header, PileId, PileState, Position, RequestId, RobotId,
+    RobotState, Sequence, SiteMillis, limits,
 };
 
 use super::routes::Lengths;
@@ -35,6 +35,23 @@ pub struct Contact {
     /// Whether it got our Hello since we started.
     pub greeted: bool,
     newest: Option<(BootEpoch, Sequence)>,
+    distrusted: Option<Distrusted>,
+}
+
+/// A device whose frames do not authenticate.
+#[derive(Clone, Copy, Debug)]
+struct Distrusted {
+    since: SiteMillis,
+    greeted_at: SiteMillis,
+}
+
+/// What is to be done about a frame that does not authenticate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Distrust {
+    /// To say Hello: the device may not know of our start.
+    pub greet: bool,
+    /// To tell the operator: it should have known by now.
+    pub warn: bool,
 }
 
 /// Whether a frame says anything new.
@@ -119,8 +136,23 @@ impl Contact {
         if matches!(freshness, Freshness::FirstOfBoot | Freshness::Newer) {
             self.newest = Some((header.boot, header.sequence));
             self.heard = Some(now);
+            self.distrusted = None;
         }
         freshness
+    }
+
+    /// A frame that says it is of this device does not authenticate.
+    pub fn distrust(&mut self, now: SiteMillis) -> Distrust {
+        let Some(distrusted) = &mut self.distrusted else {
+            self.distrusted = Some(Distrusted { since: now, greeted_at: now });
+            // Whoever was heard in this start knows of it.
+            return Distrust { greet: true, warn: self.heard.is_some() };
+        };
+        let greet = now.since(distrusted.greeted_at) >= limits::REPEAT_INTERVAL;
+        if greet {
+            distrusted.greeted_at = now;
+        }
+        Distrust { greet, warn: now.since(distrusted.since) >= limits::SILENCE }
     }
 
     /// The device's start that was heard last.
@@ -131,6 +163,15 @@ impl Contact {
 }
 
 impl Observed {
+    /// The frames of a device, if it is of a kind that the coordinator talks to.
+    pub fn contact(&mut self, device: DeviceId) -> Option<&mut Contact> {
+        match device {
+            DeviceId::Pile(pile) => Some(&mut self.piles.entry(pile).or_default().contact),
+            DeviceId::Robot(robot) => Some(&mut self.robots.entry(robot).or_default().contact),
+            DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => None,
+        }
+    }
+
     /// Whether a device was silent for too long. Before its first frame the time since our start
     /// counts.
     #[must_use]

@@ -26,6 +26,8 @@ pub const KEPT_CHARGES: usize = 50;
 pub struct State {
     /// The reign of this coordinator; 0 before the first.
     pub epoch: Epoch,
+    /// The start it is in.
+    pub boot: BootEpoch,
     /// The number of the next lease.
     pub next_lease: LeaseId,
     /// The number of the next command.
@@ -216,6 +218,7 @@ impl State {
     pub fn apply(&mut self, event: &Event) {
         let at = event.at;
         match &event.fact {
+            Fact::Started { boot } => self.boot = self.boot.max(*boot),
             Fact::EpochStarted { epoch, next_lease } => self.start_epoch(*epoch, *next_lease),
             Fact::Asked { robot, boot, request, position, energy } => {
                 self.ask(at, *robot, *boot, *request, *position, *energy);

@@ -26,6 +26,8 @@ pub struct View {
     pub now_ms: u64,
     /// The coordinator's epoch.
     pub epoch: u32,
+    /// Whether frames have no keys: whoever can reach the site's network can command it.
+    pub insecure: bool,
     /// Why the coordinator can't record anything and so does nothing; `None` if all is well.
     pub degraded: Option<String>,
     /// Trouble an operator should know of, newest first.
@@ -173,13 +175,14 @@ pub const fn fault_name(code: FaultCode) -> &'static str {
 }
 
 impl Coordinator {
-    /// The picture at `now`. What the shell knows, `degraded` and `warnings`, it fills in itself.
+    /// The picture at `now`. What the shell knows, `insecure`, `degraded` and `warnings`, it fills in itself.
     #[must_use]
     pub fn view(&self, now: SiteMillis) -> View {
         View {
             site: Arc::clone(&self.site_view),
             now_ms: now.0,
             epoch: self.state.epoch.0,
+            insecure: false,
             degraded: None,
             warnings: Vec::new(),
             piles: self.site.piles.iter().map(|pile| self.pile_view(pile, now)).collect(),

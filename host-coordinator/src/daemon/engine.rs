@@ -25,22 +25,25 @@ pub struct Engine {
     store: Store,
     unrecorded: Vec<Event>,
     withheld: Vec<Effect>,
+    insecure: bool,
     degraded: Option<String>,
     warnings: Warnings,
     planning: Arc<Mutex<PlanningTimes>>,
 }
 
 impl Engine {
-    /// An engine for a coordinator that was recovered from the store's events.
+    /// An engine for a coordinator that was recovered from the store's events. `insecure` says that it
+    /// has no keys.
     #[must_use]
     pub fn new(
         coordinator: Coordinator,
         store: Store,
         warnings: Warnings,
         planning: Arc<Mutex<PlanningTimes>>,
+        insecure: bool,
     ) -> Self {
         let (unrecorded, withheld) = (Vec::new(), Vec::new());
-        Self { coordinator, store, unrecorded, withheld, degraded: None, warnings, planning }
+        Self { coordinator, store, unrecorded, withheld, insecure, degraded: None, warnings, planning }
     }
 
     /// The core.
@@ -93,7 +96,9 @@ impl Engine {
     /// shows no view between a step and its record, except to say that the log cannot be written.
     #[must_use]
     pub fn view(&self, now: SiteMillis) -> View {
-        View { degraded: self.degraded.clone(), warnings: self.warnings.list(), ..self.coordinator.view(now) }
+        let Self { insecure, .. } = *self;
+        let (degraded, warnings) = (self.degraded.clone(), self.warnings.list());
+        View { insecure, degraded, warnings, ..self.coordinator.view(now) }
     }
 }
 
@@ -161,7 +166,7 @@ mod tests {
         let robot = RobotConfig { id: ROBOT, tag: TagId([1; 12]), full, energy_per_metre_j: 10.0 };
         let site = Arc::new(Site::fig7().unwrap());
         let coordinator = Coordinator::recover(site, Policy::default(), &[robot], &events);
-        Engine::new(coordinator, store, Warnings::default(), Arc::default())
+        Engine::new(coordinator, store, Warnings::default(), Arc::default(), false)
     }
 
     #[test]
@@ -170,7 +175,7 @@ mod tests {
         let file = folder.path().join("events.sqlite");
         let mut engine = recovered(&file);
         let mut ignored = |_, _| {};
-        engine.take(SiteMillis(1), Input::Started, &mut ignored);
+        engine.take(SiteMillis(1), Input::Started { boot_floor: BootEpoch(0) }, &mut ignored);
         engine.commit(&mut ignored).unwrap();
         engine.store.limit_pages(1);
 
@@ -209,7 +214,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut engine = recovered(&folder.path().join("events.sqlite"));
         let mut sent = Vec::new();
-        engine.take(SiteMillis(1), Input::Started, &mut |_, _| {});
+        engine.take(SiteMillis(1), Input::Started { boot_floor: BootEpoch(0) }, &mut |_, _| {});
         engine.commit(&mut |_, _| {}).unwrap();
         let header = Header::new(DeviceId::Pile(PileId(1)), BootEpoch(1), Sequence(0));
         let asked = protocol::TimeRequest { asked_at: protocol::Millis(7) };

@@ -33,7 +33,7 @@ use std::{
     net::SocketAddr,
     sync::{Arc, Mutex, PoisonError},
     thread,
-    time::{Duration, Instant},
+    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
 
 use protocol::{BootEpoch, DeviceId, DurationMs, Sessions, Trust};
@@ -50,7 +50,7 @@ pub use planning_times::PlanningTimes;
 use self::{engine::Engine, warnings::Warnings};
 use crate::{
     api,
-    config::Config,
+    config::{Config, Security},
     core::{Coordinator, Input, View},
     links::{self, Links, Sockets},
     site::Site,
@@ -125,17 +125,34 @@ impl Daemon {
 
         let (store, events) = Store::open(&config.event_log)?;
         let coordinator = Coordinator::recover(Arc::clone(&site), config.policy, &config.robots, &events);
-        let mut engine = Engine::new(coordinator, store, warnings.clone(), Arc::clone(&planning));
+        let insecure = config.security == Security::Insecure;
+        let mut engine = Engine::new(coordinator, store, warnings.clone(), Arc::clone(&planning), insecure);
         // Nobody is connected yet: there is no one to send to.
-        engine.take(clock.now(), Input::Started, &mut |_, _| {});
+        engine.take(clock.now(), Input::Started { boot_floor: boot_floor() }, &mut |_, _| {});
         engine.commit(&mut |_, _| {})?;
 
         let piles = site.piles.iter().map(|pile| DeviceId::Pile(pile.id));
         let robots = config.robots.iter().map(|robot| DeviceId::Robot(robot.id));
         let known: BTreeSet<_> = piles.chain(robots).collect();
-        // Epochs grow with every start, as boot epochs must.
-        let boot = BootEpoch(engine.coordinator().state().epoch.0);
-        let sessions = Sessions::new(DeviceId::Coordinator, boot, Trust::Insecure);
+        let boot = engine.coordinator().state().boot;
+        let sessions = match &config.security {
+            Security::Keys(keys) => {
+                known.iter().filter(|device| keys.of(**device).is_none()).for_each(|device| {
+                    warnings.note(format!(
+                        "{device} has no key and is not heard: `chargehand provision` gives one to a pile, \
+                         `chargehand keys` to a robot"
+                    ));
+                });
+                keys.sessions(boot)
+            }
+            Security::Insecure => {
+                tracing::warn!(
+                    "INSECURE: this coordinator has no keys and believes whoever can reach it; \
+                     `keys = ...` in its configuration ends that"
+                );
+                Sessions::new(DeviceId::Coordinator, boot, Trust::Insecure)
+            }
+        };
         let (inputs, inbox) = mpsc::channel(INBOX);
         let (links, mut tasks) =
             links::start(sockets, known, sessions, &config.connect, inputs.clone(), warnings);
@@ -191,6 +208,13 @@ impl Daemon {
         // An error means that the thread is gone already.
         let _ = self.engine.await;
     }
+}
+
+/// The time in seconds since 1970: greater than in any start before, unless somebody has set the clock
+/// back. Not the site's time, which may be simulated.
+fn boot_floor() -> BootEpoch {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+    BootEpoch(u32::try_from(seconds).unwrap_or(0))
 }
 
 async fn bind(config: &Config) -> Result<(Sockets, Option<TcpListener>, Addresses), DaemonError> {

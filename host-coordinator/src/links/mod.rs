@@ -1,7 +1,8 @@
 //! Frames to and from piles and robots, by UDP and TCP.
 //!
-//! A device has no address of its own: it is where its last frame came from. Devices that are not
-//! of the site are refused with a warning that names them and their address. Whatever a peer does,
+//! A device has no address of its own: it is where its last authentic frame came from. To where a frame
+//! came from that says it is of a device and does not authenticate, nothing but Hello is sent. Devices
+//! that are not of the site are refused with a warning that names them and their address. Whatever a peer does,
 //! the coordinator does not wait for it: every connection has a bounded queue, and what does not
 //! fit is dropped, because everything worth saying is said again.
 //!
@@ -40,6 +41,8 @@ pub struct Sockets {
 #[derive(Debug)]
 pub struct Links {
     peers: Mutex<BTreeMap<DeviceId, Peer>>,
+    /// Where frames came from that did not authenticate, until they are answered.
+    claims: Mutex<BTreeMap<DeviceId, Peer>>,
     sessions: Mutex<Sessions<Vec<Session>>>,
     udp: UdpSocket,
     warnings: Warnings,
@@ -73,6 +76,7 @@ pub fn start(
 ) -> (Arc<Links>, JoinSet<()>) {
     let links = Arc::new(Links {
         peers: Mutex::default(),
+        claims: Mutex::default(),
         sessions: Mutex::new(sessions),
         udp: sockets.udp,
         warnings,
@@ -90,11 +94,17 @@ pub fn start(
 impl Links {
     /// Sends a message if the device was heard since the start. Never waits.
     pub fn send(&self, to: DeviceId, message: &Message) {
-        self.transmit(to, Recipient::Device(to), message);
+        let peer = lock(&self.peers).get(&to).cloned();
+        let claim = match message {
+            Message::Hello(_) => lock(&self.claims).remove(&to),
+            _ => None,
+        };
+        for peer in peer.into_iter().chain(claim) {
+            self.transmit(to, peer, Recipient::Device(to), message);
+        }
     }
 
-    fn transmit(&self, to: DeviceId, sealed_for: Recipient, message: &Message) {
-        let Some(peer) = lock(&self.peers).get(&to).cloned() else { return };
+    fn transmit(&self, to: DeviceId, peer: Peer, sealed_for: Recipient, message: &Message) {
         // To who was not heard yet nothing is said but Hello; it comes again.
         let Ok(bytes) = lock(&self.sessions).seal(sealed_for, message) else { return };
         match peer {
@@ -123,42 +133,61 @@ impl Links {
                 && **device != sender
                 && !matches!((from, peer), (Peer::Udp(_), Peer::Udp(_)))
         };
-        let others: Vec<_> = lock(&self.peers).iter().filter(hears).map(|(device, _)| *device).collect();
-        for pile in others {
-            self.transmit(pile, Recipient::Piles, gossip);
+        let others: Vec<_> =
+            lock(&self.peers).iter().filter(hears).map(|(pile, peer)| (*pile, peer.clone())).collect();
+        for (pile, peer) in others {
+            self.transmit(pile, peer, Recipient::Piles, gossip);
         }
     }
 }
 
 impl Inbound {
-    /// Takes a frame, or what was none, from a peer. Gives it back if the coordinator is busy.
+    /// Takes a packet, or what was none, from a peer. Gives it back if the coordinator is busy.
     fn take(&self, from: &Peer, address: SocketAddr, found: Result<Packet<'_>, FrameError>) -> Option<Input> {
-        let warnings = &self.links.warnings;
-        let opened = found.and_then(|packet| lock(&self.links.sessions).open(packet));
-        let frame = match opened {
-            Ok(frame) => frame,
+        match found.and_then(|packet| self.open(from, address, packet)) {
+            Ok(input) => match self.inputs.try_send(input?) {
+                Err(mpsc::error::TrySendError::Full(input)) => Some(input),
+                _ => None,
+            },
+            // Networks repeat frames.
+            Err(FrameError::Replayed { .. }) => None,
             Err(error) => {
-                warnings.note(format!("from {address}: {error}"));
-                return None;
+                self.links.warnings.note(format!("from {address}: {error}"));
+                None
             }
-        };
-        let sender = frame.header.sender;
+        }
+    }
+
+    /// What the coordinator is to be told of a packet, if anything.
+    fn open(
+        &self,
+        from: &Peer,
+        address: SocketAddr,
+        packet: Packet<'_>,
+    ) -> Result<Option<Input>, FrameError> {
+        let sender = packet.header().sender;
         if !self.known.contains(&sender) {
-            warnings.note(format!(
+            self.links.warnings.note(format!(
                 "{sender} at {address} is not of this site and is refused; \
                  add it to the site or the configuration if it should be"
             ));
-            return None;
+            return Ok(None);
         }
+        // On its own, so that the sessions are not locked below.
+        let opened = lock(&self.links.sessions).open(packet);
+        let frame = match opened {
+            Err(FrameError::Unauthentic { sender }) => {
+                lock(&self.links.claims).insert(sender, from.clone());
+                return Ok(Some(Input::Distrusted(sender)));
+            }
+            opened => opened?,
+        };
         lock(&self.links.peers).insert(sender, from.clone());
         if let Message::PileTable(_) = frame.message {
             self.links.forward(sender, from, &frame.message);
-            return None;
+            return Ok(None);
         }
-        match self.inputs.try_send(Input::Frame(frame)) {
-            Err(mpsc::error::TrySendError::Full(input)) => Some(input),
-            _ => None,
-        }
+        Ok(Some(Input::Frame(frame)))
     }
 }
 

@@ -108,7 +108,9 @@ async fn serve(inbound: Inbound, stream: TcpStream, address: SocketAddr) {
         () = write(writer, frames) => {}
     }
     let ours = |peer: &Peer| matches!(peer, Peer::Tcp(connection) if connection.number == number);
-    lock(&inbound.links.peers).retain(|_: &DeviceId, peer| !ours(peer));
+    for addresses in [&inbound.links.peers, &inbound.links.claims] {
+        lock(addresses).retain(|_: &DeviceId, peer| !ours(peer));
+    }
 }
 
 /// A stream can wait: frames that the busy coordinator gave back go in when there is room.

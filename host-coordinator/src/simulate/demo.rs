@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use protocol::{Activity, Millis, SiteMillis};
+use protocol::{Activity, DeviceId, Millis, SiteMillis};
 use tempfile::TempDir;
 use tokio::{sync::watch, time};
 
@@ -19,10 +19,11 @@ use super::{
     simulation::{STEP, Simulation},
 };
 use crate::{
-    config::{Config, Listen, Policy},
+    config::{Config, Listen, Policy, Security},
     core::View,
     daemon::{ClockHand, Daemon, DaemonError, SiteClock},
     diagnostics::Diagnostics,
+    keys::{Keys, KeysError},
     site::Site,
 };
 
@@ -54,6 +55,9 @@ pub enum DemoError {
     /// The built-in site is broken.
     #[error(transparent)]
     Site(#[from] Diagnostics),
+    /// There are no keys.
+    #[error(transparent)]
+    Keys(#[from] KeysError),
     /// There is no room for the event log.
     #[error("cannot make a temporary folder for the event log: {0}; free space or set TMPDIR")]
     Folder(io::Error),
@@ -85,6 +89,16 @@ pub struct Demo {
     folder: TempDir,
 }
 
+/// New keys for everyone, never in a file.
+fn keys(site: &Site, fleet: &Fleet) -> Result<Keys, KeysError> {
+    let mut keys = Keys::default();
+    keys.make_site()?;
+    let piles = site.piles.iter().map(|pile| DeviceId::Pile(pile.id));
+    let robots = fleet.configs.iter().map(|robot| DeviceId::Robot(robot.id));
+    piles.chain(robots).try_for_each(|device| keys.make(device).map(drop))?;
+    Ok(keys)
+}
+
 /// How far a demo has come.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Progress {
@@ -105,11 +119,13 @@ impl Demo {
         let site = Arc::new(Site::fig7()?);
         let fleet = Fleet::new(&site, ROBOTS, options.seed);
         let folder = TempDir::with_prefix("chargehand-demo-").map_err(DemoError::Folder)?;
+        let keys = keys(&site, &fleet)?;
         let any_port = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
         let http = (!options.headless).then_some(Listen::default().http).flatten();
         let mut config = Config {
             site: "sites/lmpp-fig7".into(),
             event_log: folder.path().join("events.sqlite"),
+            security: Security::Keys(keys.clone()),
             listen: Listen { http, udp: any_port, tcp: any_port },
             policy: Policy::default(),
             robots: fleet.configs.clone(),
@@ -124,7 +140,7 @@ impl Demo {
             started => started?,
         };
         let simulation =
-            Simulation::start(fleet, daemon.addresses().udp).await.map_err(DemoError::Sockets)?;
+            Simulation::start(fleet, daemon.addresses().udp, &keys).await.map_err(DemoError::Sockets)?;
         let view = daemon.view();
         Ok(Self { daemon, view, hand, simulation, speed: options.speed, folder })
     }

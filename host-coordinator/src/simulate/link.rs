@@ -5,7 +5,9 @@ use std::{
     net::{Ipv4Addr, SocketAddr},
 };
 
-use protocol::{BootEpoch, Deframer, DeviceId, Frame, Message, Recipient, Sessions, limits};
+use protocol::{
+    BootEpoch, Deframer, DeviceId, Frame, FrameError, Message, Recipient, Session, Sessions, Trust, limits,
+};
 use tokio::net::UdpSocket;
 
 /// More frames than this in one step are left for the next.
@@ -15,17 +17,17 @@ const FRAMES_PER_STEP: usize = 64;
 #[derive(Debug)]
 pub struct Link {
     socket: UdpSocket,
-    sessions: Sessions,
+    sessions: Sessions<Vec<Session>>,
 }
 
 impl Link {
-    /// A link of `device`, in its first start, at a free port.
+    /// A link of `device`, in its first start, at a free port. It believes as `trust` says.
     ///
     /// # Errors
     /// What the operating system says.
-    pub async fn bind(device: DeviceId) -> io::Result<Self> {
+    pub async fn bind(device: DeviceId, trust: Trust<Vec<Session>>) -> io::Result<Self> {
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).await?;
-        Ok(Self { socket, sessions: Sessions::insecure(device, BootEpoch(1)) })
+        Ok(Self { socket, sessions: Sessions::new(device, BootEpoch(1), trust) })
     }
 
     /// Where the device can be reached.
@@ -53,8 +55,8 @@ impl Link {
         }
     }
 
-    /// The frames that have come; what is none is dropped.
-    pub fn received(&mut self) -> Vec<Frame> {
+    /// What has come: frames, and why others are none to be believed.
+    pub fn received(&mut self) -> Vec<Result<Frame, FrameError>> {
         let mut frames = Vec::new();
         let mut datagram = [0; 2 * limits::FRAME];
         while frames.len() < FRAMES_PER_STEP {
@@ -62,7 +64,7 @@ impl Link {
             let Ok((length, _)) = self.socket.try_recv_from(&mut datagram) else { break };
             let bytes = datagram.get(..length).unwrap_or_default();
             Deframer::new().feed(bytes, |found| {
-                frames.extend(found.and_then(|packet| self.sessions.open(packet)).ok());
+                frames.push(found.and_then(|packet| self.sessions.open(packet)));
             });
         }
         frames

@@ -10,6 +10,7 @@ use firmware_pile::{
 use protocol::{DeviceId, Message, Millis, PileState, TagId};
 
 use super::link::Link;
+use crate::keys::Keys;
 
 /// A pile on the wire.
 #[derive(Debug)]
@@ -23,12 +24,13 @@ pub struct PileNode {
 }
 
 impl PileNode {
-    /// A pile that speaks to `coordinator`.
+    /// A pile that speaks to `coordinator`, which believes it and which it believes by `keys`.
     ///
     /// # Errors
     /// Its socket cannot be opened.
-    pub async fn start(parameters: Parameters, coordinator: SocketAddr) -> io::Result<Self> {
-        let link = Link::bind(DeviceId::Pile(parameters.pile)).await?;
+    pub async fn start(parameters: Parameters, coordinator: SocketAddr, keys: &Keys) -> io::Result<Self> {
+        let device = DeviceId::Pile(parameters.pile);
+        let link = Link::bind(device, keys.trust_of(device)).await?;
         let core = ChargingPile::new(parameters);
         Ok(Self { core, link, coordinator, peers: Vec::new(), plant: Plant::new(), said: None })
     }
@@ -49,8 +51,11 @@ impl PileNode {
     /// One poll of the socket, of the reader, and of the sensors at contacts on which a robot with
     /// this battery stands.
     pub fn step(&mut self, now: Millis, reads: &[(TagId, i8)], battery: Option<Battery>) {
-        for frame in self.link.received() {
-            self.input(now, Input::Frame(&frame));
+        for found in self.link.received() {
+            match found {
+                Ok(frame) => self.input(now, Input::Frame(&frame)),
+                Err(error) => self.input(now, Input::Discarded(error)),
+            }
         }
         if reads.is_empty() {
             self.input(now, Input::ReaderIdle);

@@ -118,6 +118,11 @@ impl Robot {
         }
     }
 
+    /// The coordinator has started anew: it does not know of this robot's start.
+    pub const fn distrusted(&mut self) {
+        self.greeted = false;
+    }
+
     /// Takes what was sensed and heard by `now`.
     pub fn step(&mut self, now: Millis, sensed: &Sensed, heard: &[Message]) -> Outputs {
         let mut outputs = Outputs::default();

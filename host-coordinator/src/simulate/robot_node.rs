@@ -2,13 +2,14 @@
 
 use std::{io, net::SocketAddr};
 
-use protocol::{DeviceId, Message, Millis, Recipient, RobotId, TimeRequest};
+use protocol::{DeviceId, FrameError, Message, Millis, Recipient, RobotId, TimeRequest};
 
 use super::{
     link::Link,
     robot::Robot,
     world::{Body, Sensed},
 };
+use crate::keys::Keys;
 
 /// A robot on the wire.
 #[derive(Debug)]
@@ -21,12 +22,19 @@ pub struct RobotNode {
 }
 
 impl RobotNode {
-    /// A robot that speaks to `coordinator`.
+    /// A robot that speaks to `coordinator`, which believes it and which it believes by `keys`.
     ///
     /// # Errors
     /// Its socket cannot be opened.
-    pub async fn start(robot: RobotId, core: Robot, coordinator: SocketAddr) -> io::Result<Self> {
-        Ok(Self { core, link: Link::bind(DeviceId::Robot(robot)).await?, coordinator, heard: Vec::new() })
+    pub async fn start(
+        robot: RobotId,
+        core: Robot,
+        coordinator: SocketAddr,
+        keys: &Keys,
+    ) -> io::Result<Self> {
+        let device = DeviceId::Robot(robot);
+        let link = Link::bind(device, keys.trust_of(device)).await?;
+        Ok(Self { core, link, coordinator, heard: Vec::new() })
     }
 
     /// The robot's computer.
@@ -60,7 +68,13 @@ impl RobotNode {
     /// Reads the socket without letting time pass. Answers the newest question for the time that
     /// was answered.
     pub fn listen(&mut self) -> Option<Millis> {
-        self.heard.extend(self.link.received().into_iter().map(|frame| frame.message));
+        for found in self.link.received() {
+            match found {
+                Ok(frame) => self.heard.push(frame.message),
+                Err(FrameError::Unauthentic { .. }) => self.core.distrusted(),
+                Err(_) => {}
+            }
+        }
         let answered = self.heard.iter().filter_map(|message| match message {
             Message::TimeSync(sync) => Some(sync.asked_at),
             _ => None,

@@ -14,6 +14,7 @@ use super::{
     robot_node::RobotNode,
     world::World,
 };
+use crate::keys::Keys;
 
 /// How often sensors are read and chargers commanded: as often as a pile's sensors have to be.
 pub const STEP: DurationMs = DurationMs(100);
@@ -31,15 +32,15 @@ pub struct Simulation {
 
 impl Simulation {
     /// Starts every pile and robot of `fleet`'s site, each at its own UDP port on loopback. They
-    /// all speak to `coordinator`; the piles gossip with each other.
+    /// all speak to `coordinator`, each with its key of `keys`; the piles gossip with each other.
     ///
     /// # Errors
     /// A socket cannot be opened.
-    pub async fn start(fleet: Fleet, coordinator: SocketAddr) -> io::Result<Self> {
+    pub async fn start(fleet: Fleet, coordinator: SocketAddr, keys: &Keys) -> io::Result<Self> {
         let mut piles = BTreeMap::new();
         for (&pile, post) in &fleet.world.posts {
             let parameters = Parameters::new(pile, post.power_w as f32);
-            piles.insert(pile, PileNode::start(parameters, coordinator).await?);
+            piles.insert(pile, PileNode::start(parameters, coordinator, keys).await?);
         }
         let addresses: BTreeMap<PileId, SocketAddr> =
             piles.iter().map(|(&pile, node)| Ok((pile, node.address()?))).collect::<io::Result<_>>()?;
@@ -49,7 +50,7 @@ impl Simulation {
         }
         let mut robots = BTreeMap::new();
         for (robot, core) in fleet.robots {
-            robots.insert(robot, RobotNode::start(robot, core, coordinator).await?);
+            robots.insert(robot, RobotNode::start(robot, core, coordinator, keys).await?);
         }
         let (auditor, pulse) = (Auditor::default(), Pulse::default());
         Ok(Self { now: Millis(0), world: fleet.world, piles, robots, auditor, pulse })

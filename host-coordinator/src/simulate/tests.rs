@@ -73,7 +73,7 @@ impl Lockstep {
         };
         let piles = site.piles.iter().map(pile).collect();
         let mut coordinator = Coordinator::recover(Arc::clone(&site), Policy::default(), &fleet.configs, &[]);
-        coordinator.step(SiteMillis(0), Input::Started);
+        coordinator.step(SiteMillis(0), Input::Started { boot_floor: BootEpoch(0) });
         let (sequences, inboxes) = (BTreeMap::new(), BTreeMap::new());
         let wire = Wire { sequences, inboxes, loss, random: Random::new(seed, 1_000) };
         Self { site, fleet, now: Millis(0), piles, coordinator, wire, auditor: Auditor::default() }

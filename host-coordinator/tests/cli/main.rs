@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod check;
+mod keys;
 mod plan;
 mod reproduce;
 mod select;
@@ -13,6 +14,7 @@ use std::{
     process::Command,
 };
 
+use host_coordinator::keys::Keys;
 use tempfile::TempDir;
 
 /// What a command left behind.
@@ -58,13 +60,14 @@ fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// A copy of the paper's site in which `from` in `file` is replaced by `to`.
+/// A copy of the paper's site, with keys, in which `from` in `file` is replaced by `to`.
 fn fig7_with(file: &str, from: &str, to: &str) -> TempDir {
     let copy = tempfile::tempdir().unwrap();
     for entry in fs::read_dir(fig7()).unwrap() {
         let entry = entry.unwrap();
         fs::copy(entry.path(), copy.path().join(entry.file_name())).unwrap();
     }
+    Keys::change(&copy.path().join("keys.toml"), |keys| keys.make_site()).unwrap();
     let path = copy.path().join(file);
     let before = fs::read_to_string(&path).unwrap();
     assert!(before.contains(from), "{file} has no {from:?}");

@@ -180,8 +180,8 @@ impl BoxSite {
     fn start_coordinator(&mut self) {
         let configs: Vec<_> = self.robots.values().map(|robot| robot.config).collect();
         self.coordinator = Coordinator::recover(Arc::clone(&self.site), self.policy, &configs, &self.log);
-        self.coordinate(Input::Started);
-        let boot = BootEpoch(self.coordinator.state().epoch.0);
+        self.coordinate(Input::Started { boot_floor: BootEpoch(0) });
+        let boot = self.coordinator.state().boot;
         self.sessions = Sessions::insecure(DeviceId::Coordinator, boot);
     }
 

@@ -55,7 +55,7 @@ impl Desk {
             sequence: 0,
             boot: BootEpoch(1),
         };
-        desk.step(Input::Started);
+        desk.step(Input::Started { boot_floor: BootEpoch(0) });
         desk
     }
 

@@ -41,7 +41,18 @@ async fn the_state_has_the_promised_form() {
     };
     assert_eq!(
         keys(&state),
-        ["decisions", "degraded", "epoch", "now_ms", "piles", "robots", "site", "totals", "warnings"]
+        [
+            "decisions",
+            "degraded",
+            "epoch",
+            "insecure",
+            "now_ms",
+            "piles",
+            "robots",
+            "site",
+            "totals",
+            "warnings"
+        ]
     );
     let site = &state["site"];
     assert_eq!(

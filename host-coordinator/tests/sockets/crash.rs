@@ -11,10 +11,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::udp_world::{World, robot_config};
+use crate::udp_world::{KEYS, World, robot_config};
 use host_coordinator::{
     core::{Event, Fact, State},
     daemon::SiteClock,
+    keys::Keys,
     store::Store,
 };
 use protocol::{LeaseId, PileId, RobotId};
@@ -47,7 +48,7 @@ fn free_addresses() -> (SocketAddr, SocketAddr) {
 fn configure(folder: &Path, http: SocketAddr, udp: SocketAddr) -> PathBuf {
     let site = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sites/lmpp-fig7");
     let mut text = format!(
-        "site = {site:?}\nevent_log = \"events.sqlite\"\n\
+        "site = {site:?}\nevent_log = \"events.sqlite\"\nkeys = \"keys.toml\"\n\
          [listen]\nhttp = \"{http}\"\nudp = \"{udp}\"\ntcp = \"127.0.0.1:0\"\n"
     );
     for robot in ROBOTS.map(robot_config) {
@@ -56,6 +57,11 @@ fn configure(folder: &Path, http: SocketAddr, udp: SocketAddr) -> PathBuf {
             robot.id, robot.tag, robot.full, robot.energy_per_metre_j
         );
     }
+    Keys::change(&folder.join("keys.toml"), |keys| {
+        *keys = KEYS.clone();
+        Ok(())
+    })
+    .unwrap();
     let file = folder.join("chargehand.toml");
     fs::write(&file, text).unwrap();
     file

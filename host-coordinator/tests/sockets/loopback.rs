@@ -7,16 +7,17 @@ use std::{
     time::Duration,
 };
 
-use crate::udp_world::{World, robot_config};
+use crate::udp_world::{KEYS, World, hello, robot_config, sessions};
 use firmware_pile::{ChargingPile, Parameters};
 use host_coordinator::{
-    config::{Config, Listen, Policy},
+    config::{Config, Listen, Policy, Security},
     core::View,
     daemon::{Daemon, SiteClock},
     site::Site,
 };
 use protocol::{
-    BootEpoch, Deframer, DeviceId, Frame, Message, Millis, PileId, Recipient, RobotId, Sessions, SiteMillis,
+    Activity, BootEpoch, Deframer, DeviceId, EnergyJ, Frame, Key, Message, Millis, PileId, Recipient,
+    RobotId, RobotState, Session, Sessions, SiteMillis, Trust,
 };
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -32,6 +33,7 @@ fn config(folder: &Path) -> Config {
     Config {
         site: folder.to_owned(),
         event_log: folder.join("events.sqlite"),
+        security: Security::Keys(KEYS.clone()),
         listen: Listen { http: Some(any), udp: any, tcp: any },
         policy: Policy::default(),
         robots: vec![robot_config(3)],
@@ -76,27 +78,89 @@ async fn a_robot_asks_is_granted_a_pile_and_is_charged_over_udp() {
 #[tokio::test(flavor = "multi_thread")]
 async fn strangers_and_noise_are_refused_and_named() {
     let folder = tempfile::tempdir().unwrap();
-    let (daemon, _) = start(folder.path()).await;
+    let config = Config { security: Security::Insecure, ..config(folder.path()) };
+    let clock = SiteClock::simulated(SiteMillis(1_000_000), SPEED);
+    let daemon = Daemon::start(Arc::new(Site::fig7().unwrap()), &config, clock).await.unwrap();
+    assert!(daemon.view().borrow().insecure, "the page does not say that nobody is authenticated");
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let mut stranger = Sessions::insecure(DeviceId::Pile(PileId(99)), BootEpoch(1));
-    let hello =
-        Message::Hello(protocol::Hello { min: 1, current: 1, software: [0; 3], epoch: protocol::Epoch(9) });
-    socket.send_to(&stranger.seal(COORDINATOR, &hello).unwrap(), daemon.addresses().udp).unwrap();
     let mut late = Frame {
         header: protocol::Header::new(DeviceId::Pile(PileId(1)), BootEpoch(1), protocol::Sequence(0)),
         message: Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(1) }),
     };
     late.header.version = 99;
-    socket.send_to(&late.encode().unwrap(), daemon.addresses().udp).unwrap();
+    let sealed = sessions(DeviceId::Pile(PileId(1))).seal(COORDINATOR, &hello()).unwrap();
+    for bytes in [&stranger.seal(COORDINATOR, &hello()).unwrap()[..], &late.encode().unwrap(), &sealed] {
+        socket.send_to(bytes, daemon.addresses().udp).unwrap();
+    }
     socket.send_to(&[0, 1, 2, 3, 0], daemon.addresses().udp).unwrap();
+    warns_of(&daemon, &["pile 99", "protocol version 99", "sealed", "garbled"], &socket).await;
+    assert_eq!(daemon.view().borrow().epoch, 1, "a stranger's epoch counts for nothing");
+    daemon.shutdown().await;
+}
+
+/// Waits until the daemon warns of all this at the socket's address.
+async fn warns_of(daemon: &Daemon, parts: &[&str], socket: &UdpSocket) {
     let address = socket.local_addr().unwrap().to_string();
-    for part in ["pile 99", "protocol version 99", "garbled"] {
-        until(&daemon, part, |view| {
+    for part in parts {
+        until(daemon, part, |view| {
             view.warnings.iter().any(|warning| warning.contains(part) && warning.contains(&address))
         })
         .await;
     }
-    assert_eq!(daemon.view().borrow().epoch, 1, "a stranger's epoch counts for nothing");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_has_not_the_key_or_repeats_a_frame_is_not_heard() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, clock) = start(folder.path()).await;
+    assert!(!daemon.view().borrow().insecure);
+    let udp = daemon.addresses().udp;
+    let pile = DeviceId::Pile(PileId(1));
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let stranded = RobotState {
+        position: Site::fig7().unwrap().position(Site::fig7().unwrap().piles[0].cell),
+        energy: EnergyJ::MIN,
+        activity: Activity::Stranded,
+        accepted: None,
+    };
+
+    // Without a seal, and under another key.
+    let mut plain = Sessions::insecure(pile, BootEpoch(1));
+    socket.send_to(&plain.seal(COORDINATOR, &hello()).unwrap(), udp).unwrap();
+    let peers = vec![Session::new(DeviceId::Coordinator, Key::new([7; 32]))];
+    let mut forger = Sessions::new(pile, BootEpoch(9), Trust::Keys { site: None, peers });
+    warns_of(&daemon, &["frame of pile 1 without a seal"], &socket).await;
+    let warned = async {
+        while !daemon.view().borrow().warnings.iter().any(|warning| warning.contains("do not authenticate")) {
+            socket.send_to(&forger.seal(COORDINATOR, &hello()).unwrap(), udp).unwrap();
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(Duration::from_secs(10), warned).await.expect("a forger is not named");
+    assert_eq!(daemon.view().borrow().piles[0].availability, "unknown");
+
+    // A robot says that it has stranded, then that it has not; the first is recorded and sent again.
+    let mut robot = sessions(DeviceId::Robot(RobotId(3)));
+    let link = tokio::net::UdpSocket::bind("127.0.0.1:0").await.unwrap();
+    link.connect(udp).await.unwrap();
+    let mut buffer = [0; 512];
+    link.send(&robot.seal(COORDINATOR, &hello()).unwrap()).await.unwrap();
+    let length = timeout(Duration::from_secs(10), link.recv(&mut buffer)).await.unwrap().unwrap();
+    Deframer::new().feed(&buffer[..length], |packet| drop(robot.open(packet.unwrap()).unwrap()));
+    let recorded = robot.seal(COORDINATOR, &Message::RobotState(stranded)).unwrap();
+    link.send(&recorded).await.unwrap();
+    until(&daemon, "stranded", |view| view.robots[0].activity == "stranded").await;
+    let works = RobotState { activity: Activity::Working, ..stranded };
+    link.send(&robot.seal(COORDINATOR, &Message::RobotState(works)).unwrap()).await.unwrap();
+    until(&daemon, "works", |view| view.robots[0].activity == "working").await;
+    let resent_at = clock.now();
+    socket.send_to(&recorded, udp).unwrap();
+    // A stranger's frame comes after it: once that is warned of, the recorded one was taken or not.
+    socket.send_to(&[0, 1, 2, 3, 0], udp).unwrap();
+    warns_of(&daemon, &["garbled"], &socket).await;
+    until(&daemon, "later", |view| view.now_ms > resent_at.0 + 200).await;
+    assert_eq!(daemon.view().borrow().robots[0].activity, "working");
     daemon.shutdown().await;
 }
 
@@ -107,8 +171,8 @@ async fn gossip_crosses_from_tcp_to_udp_and_back() {
     let mut stream = TcpStream::connect(daemon.addresses().tcp).await.unwrap();
     let socket = tokio::net::UdpSocket::bind("127.0.0.1:0").await.unwrap();
     socket.connect(daemon.addresses().udp).await.unwrap();
-    let mut by_tcp = Sessions::insecure(DeviceId::Pile(PileId(1)), BootEpoch(1));
-    let mut by_udp = Sessions::insecure(DeviceId::Pile(PileId(2)), BootEpoch(1));
+    let mut by_tcp = sessions(DeviceId::Pile(PileId(1)));
+    let mut by_udp = sessions(DeviceId::Pile(PileId(2)));
     let gossip = |pile| {
         let row = ChargingPile::new(Parameters::new(PileId(pile), 1.0)).row();
         Message::PileTable(protocol::PileTable { rows: [row].into_iter().collect() })
@@ -145,11 +209,10 @@ async fn a_pile_that_has_to_be_called_is_called_until_it_answers_and_again_when_
     let site = Arc::new(Site::fig7().unwrap());
     let clock = SiteClock::simulated(SiteMillis(1_000_000), SPEED);
     let daemon = Daemon::start(site, &config, clock).await.unwrap();
-    let mut sessions = Sessions::insecure(DeviceId::Pile(PileId(4)), BootEpoch(1));
+    let mut sessions = sessions(DeviceId::Pile(PileId(4)));
     for _ in 0..2 {
         let (mut stream, _) = timeout(Duration::from_secs(10), listener.accept()).await.unwrap().unwrap();
-        let asked = Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(5) });
-        let bytes = sessions.seal(COORDINATOR, &asked).unwrap();
+        let bytes = sessions.seal(COORDINATOR, &hello()).unwrap();
         // Whatever portions a stream comes in.
         let (first, rest) = bytes.split_at(7);
         stream.write_all(first).await.unwrap();
@@ -158,7 +221,7 @@ async fn a_pile_that_has_to_be_called_is_called_until_it_answers_and_again_when_
         let mut heard = Vec::new();
         let mut deframer = Deframer::new();
         let mut buffer = [0; 512];
-        while !heard.iter().any(|message| matches!(message, Message::TimeSync(_))) {
+        while !heard.iter().any(|message| matches!(message, Message::Hello(_))) {
             let read = timeout(Duration::from_secs(10), stream.read(&mut buffer)).await.unwrap().unwrap();
             assert!(read > 0, "hung up after {heard:?}");
             deframer
@@ -172,12 +235,11 @@ async fn a_pile_that_has_to_be_called_is_called_until_it_answers_and_again_when_
 async fn a_peer_that_does_not_read_holds_nobody_up() {
     let folder = tempfile::tempdir().unwrap();
     let (daemon, clock) = start(folder.path()).await;
-    // A pile by TCP asks for the time without end, and reads nothing.
+    // A pile by TCP says Hello without end, and reads nothing.
     let mut stuck = TcpStream::connect(daemon.addresses().tcp).await.unwrap();
     let flood = tokio::spawn(async move {
-        let mut sessions = Sessions::insecure(DeviceId::Pile(PileId(9)), BootEpoch(1));
-        let asked = Message::TimeRequest(protocol::TimeRequest { asked_at: Millis(5) });
-        while stuck.write_all(&sessions.seal(COORDINATOR, &asked).unwrap()).await.is_ok() {}
+        let mut sessions = sessions(DeviceId::Pile(PileId(9)));
+        while stuck.write_all(&sessions.seal(COORDINATOR, &hello()).unwrap()).await.is_ok() {}
     });
     until(&daemon, "stuck", |view| {
         view.warnings.iter().any(|warning| warning.contains("pile 9 does not read"))

@@ -4,7 +4,7 @@ use std::{
     collections::BTreeMap,
     net::{SocketAddr, UdpSocket},
     sync::{
-        Arc,
+        Arc, LazyLock,
         atomic::{AtomicU8, Ordering},
     },
     thread::{self, JoinHandle},
@@ -15,10 +15,11 @@ use firmware_pile::{
     ChargingPile, Input as PileInput, Parameters, TagRead, To,
     plant::{Battery, Plant},
 };
-use host_coordinator::{config::RobotConfig, daemon::SiteClock, site::Site};
+use host_coordinator::{config::RobotConfig, daemon::SiteClock, keys::Keys, site::Site};
 use protocol::{
-    Activity, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Frame, LeaseId, Message,
-    Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState, Sessions, SiteMillis, TagId,
+    Activity, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Epoch, Frame, FrameError,
+    Hello, LeaseId, Message, Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState, SealError,
+    Session, Sessions, SiteMillis, TagId,
 };
 
 /// What every robot of this world is like.
@@ -30,6 +31,26 @@ pub fn robot_config(number: u16) -> RobotConfig {
         full: EnergyJ::new(10_000.0).unwrap(),
         energy_per_metre_j: 10.0,
     }
+}
+
+/// The keys of every pile and robot of this world, and of its coordinator.
+pub static KEYS: LazyLock<Keys> = LazyLock::new(|| {
+    let mut keys = Keys::default();
+    keys.make_site().unwrap();
+    let piles = (1..=13).map(|pile| DeviceId::Pile(PileId(pile)));
+    for device in piles.chain((1..=5).map(|robot| DeviceId::Robot(RobotId(robot)))) {
+        keys.make(device).unwrap();
+    }
+    keys
+});
+
+/// The sessions of a device in its first start.
+pub fn sessions(device: DeviceId) -> Sessions<Vec<Session>> {
+    Sessions::new(device, BootEpoch(1), KEYS.trust_of(device))
+}
+
+pub fn hello() -> Message {
+    Message::Hello(Hello { min: 1, current: 1, software: [0; 3], epoch: Epoch(0) })
 }
 
 /// Leases that piles held: where, and for whom.
@@ -99,19 +120,24 @@ fn socket(coordinator: SocketAddr) -> UdpSocket {
 }
 
 /// A coordinator that was killed refuses datagrams; that is a loss like any other.
-fn send(socket: &UdpSocket, sessions: &mut Sessions, message: &Message) {
+fn send(socket: &UdpSocket, sessions: &mut Sessions<Vec<Session>>, message: &Message) {
     let to = Recipient::Device(DeviceId::Coordinator);
-    let _ = socket.send(&sessions.seal(to, message).unwrap());
+    match sessions.seal(to, message) {
+        Ok(frame) => drop(socket.send(&frame)),
+        // It is repeated.
+        Err(error) => assert!(matches!(error, SealError::Unheard { .. }), "{error}"),
+    }
 }
 
-fn hear(socket: &UdpSocket, sessions: &mut Sessions) -> Vec<Frame> {
-    let mut frames = Vec::new();
+fn hear(socket: &UdpSocket, sessions: &mut Sessions<Vec<Session>>) -> Vec<Result<Frame, FrameError>> {
+    let mut found = Vec::new();
     let mut buffer = [0; 2048];
     loop {
         match socket.recv(&mut buffer) {
-            Ok(length) => Deframer::new()
-                .feed(&buffer[..length], |packet| frames.push(sessions.open(packet.unwrap()).unwrap())),
-            Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => return frames,
+            Ok(length) => Deframer::new().feed(&buffer[..length], |packet| {
+                found.push(packet.and_then(|packet| sessions.open(packet)));
+            }),
+            Err(error) if error.kind() == std::io::ErrorKind::WouldBlock => return found,
             Err(_) => {}
         }
     }
@@ -123,7 +149,7 @@ struct Pile {
     core: ChargingPile,
     plant: Plant,
     socket: UdpSocket,
-    sessions: Sessions,
+    sessions: Sessions<Vec<Session>>,
 }
 
 impl Pile {
@@ -136,18 +162,22 @@ impl Pile {
             core: ChargingPile::new(parameters),
             plant: Plant::new(),
             socket: socket(coordinator),
-            sessions: Sessions::insecure(DeviceId::Pile(id), BootEpoch(1)),
+            sessions: sessions(DeviceId::Pile(id)),
         }
     }
 
     fn step(&mut self, now: Millis, robots: &[Robot], seen: &mut Seen) {
-        let frames = hear(&self.socket, &mut self.sessions);
+        let found = hear(&self.socket, &mut self.sessions);
         let docked = robots.iter().find(|robot| robot.docked == Some(self.id));
         let read = docked.map(|robot| PileInput::Tag(TagRead { tag: robot.config.tag, rssi_dbm: -40 }));
         let battery = Battery::new(1.0e6, 0.5e6);
         self.plant.battery = docked.is_some().then(|| self.plant.battery.unwrap_or(battery));
         let rest = [read.unwrap_or(PileInput::ReaderIdle), PileInput::Sensors(self.plant.sense(now))];
-        for input in frames.iter().map(PileInput::Frame).chain(rest) {
+        let heard = found.iter().map(|found| match found {
+            Ok(frame) => PileInput::Frame(frame),
+            Err(error) => PileInput::Discarded(*error),
+        });
+        for input in heard.chain(rest) {
             let outputs = self.core.step(now, input);
             self.plant.command(outputs.power);
             for outgoing in outputs.messages {
@@ -165,8 +195,9 @@ impl Pile {
 
 struct Robot {
     config: RobotConfig,
+    greeted: bool,
     socket: UdpSocket,
-    sessions: Sessions,
+    sessions: Sessions<Vec<Session>>,
     /// Where it is when it is at no pile.
     home: Position,
     request: RequestId,
@@ -184,7 +215,8 @@ impl Robot {
         Self {
             config,
             socket: socket(coordinator),
-            sessions: Sessions::insecure(DeviceId::Robot(config.id), BootEpoch(1)),
+            sessions: sessions(DeviceId::Robot(config.id)),
+            greeted: false,
             home: site.position(places[usize::from(number) * 577 % places.len()]),
             request: RequestId(1),
             docked: None,
@@ -197,7 +229,10 @@ impl Robot {
     /// Is at its pile at once, stays while it is charged, and asks again soon after.
     fn step(&mut self, now: SiteMillis, piles: &[Pile]) {
         let resting = now < self.rests_until;
-        for frame in hear(&self.socket, &mut self.sessions) {
+        for found in hear(&self.socket, &mut self.sessions) {
+            // A coordinator that has started anew does not believe, nor is it believed.
+            self.greeted = found.is_ok();
+            let Ok(frame) = found else { continue };
             match frame.message {
                 Message::Assignment(part) if part.request == self.request && !resting => {
                     self.docked = Some(part.pile);
@@ -233,6 +268,9 @@ impl Robot {
             None if now < self.rests_until => (Activity::Working, None),
             None => (Activity::Waiting, None),
         };
+        if !self.greeted {
+            send(&self.socket, &mut self.sessions, &hello());
+        }
         let state = RobotState { position, energy, activity, accepted };
         send(&self.socket, &mut self.sessions, &Message::RobotState(state));
         if activity == Activity::Waiting {

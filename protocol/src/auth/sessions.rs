@@ -154,11 +154,15 @@ impl<Peers: AsMut<[Session]>> Sessions<Peers> {
                 let boot = if packet.is_hello() { BootEpoch(0) } else { self.boot };
                 let receiver = Receiver::Device(self.own, boot);
                 check(packet, Sealing { seal: Seal::Device, key: &session.key, receiver })?;
-                let newest = Some((header.boot, header.sequence));
-                if newest <= session.heard {
-                    return Err(FrameError::Replayed { sender });
+                if let Some((boot, sequence)) = session.heard {
+                    if header.boot < boot {
+                        return Err(FrameError::EarlierStart { sender });
+                    }
+                    if header.boot == boot && header.sequence <= sequence {
+                        return Err(FrameError::Replayed { sender });
+                    }
                 }
-                session.heard = newest;
+                session.heard = Some((header.boot, header.sequence));
             }
         }
         Ok(Frame { header, message: packet.message()? })

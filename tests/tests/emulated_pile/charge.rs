@@ -8,7 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use firmware_pile::charge::planned_time;
-use host_coordinator::config::{Config, Listen, Policy, RobotConfig};
+use host_coordinator::config::{Config, Listen, Policy, RobotConfig, Security};
 use host_coordinator::core::Coordinator;
 use host_coordinator::core::view::{PileView, View};
 use host_coordinator::daemon::{Daemon, SiteClock};
@@ -51,6 +51,8 @@ impl Charging {
         let mut config = Config {
             site: PathBuf::new(),
             event_log: folder.path().join("events.sqlite"),
+            // The image has no keys yet.
+            security: Security::Insecure,
             listen: Listen { http: Some(anywhere), udp: anywhere, tcp: anywhere },
             policy: Policy::default(),
             robots: vec![RobotConfig { id: ROBOT_ID, tag: ROBOT, full, energy_per_metre_j: 10.0 }],
