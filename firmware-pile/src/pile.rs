@@ -10,8 +10,8 @@ use firmware_common::{
     reader::TagRead,
 };
 use protocol::{
-    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, Epoch, FaultCode, FrameError, Message,
-    Millis, Nack, NackReason, PileRow, PileState, Reference, TagId,
+    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, Epoch, FaultCode, FrameError,
+    Message, Millis, Nack, NackReason, PileRow, PileState, Reference, TagId,
 };
 
 use crate::{

@@ -78,6 +78,9 @@ function drawAlarm() {
     alarms.push(`No connection to the coordinator.${age}`);
   }
   if (failure) alarms.push(`This page failed and may show old data. Reload it. (${failure})`);
+  if (model.insecure) {
+    alarms.push("Insecure: without keys, whoever can reach the site's network can command it.");
+  }
   if (model.degraded) alarms.push(`Degraded: ${model.degraded}`);
   $("#alarm").hidden = alarms.length === 0;
   say($("#alarm"), alarms.join("\n"));

@@ -8,6 +8,7 @@ export class Model {
   site = null;
   now = null;
   epoch = null;
+  insecure = false;
   degraded = null;
   warnings = [];
   totals = {};
@@ -25,6 +26,7 @@ export class Model {
     this.totals = message.totals ?? this.totals;
     if (message.type === "state") {
       this.site = message.site;
+      this.insecure = message.insecure;
       this.doors = byId(message.site.doors);
       this.piles = byId(message.piles);
       this.robots = byId(message.robots);

@@ -42,6 +42,7 @@ async fn the_state_has_the_promised_form() {
     assert_eq!(
         keys(&state),
         [
+            "charges",
             "decisions",
             "degraded",
             "epoch",
