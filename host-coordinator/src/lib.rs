@@ -15,6 +15,7 @@
 //! | [`links`] | frames to and from piles and robots |
 //! | [`line`](mod@line) | the line to one board: serial or TCP |
 //! | [`chassis`] | a robot's chassis on the line to this computer: drive, watch, record, plot |
+//! | [`provision`] | makes a board a pile: its identity and its keys |
 //! | [`api`] | what programs and the dashboard can ask |
 //! | [`daemon`] | the shell that runs the core: clock, sockets, log |
 //! | [`reproduce`] | the papers' tables, computed again and compared |
@@ -31,6 +32,7 @@ pub mod document;
 pub mod keys;
 pub mod line;
 pub mod links;
+pub mod provision;
 pub mod reproduce;
 pub mod selection;
 pub mod simulate;

@@ -12,6 +12,7 @@ mod keys;
 mod map;
 mod plan;
 mod point;
+mod provision;
 mod reproduce;
 mod run;
 mod select;
@@ -49,6 +50,7 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     Chassis(chassis::Chassis),
     Keys(keys::MakeKeys),
+    Provision(provision::MakePile),
 }
 
 impl Command {
@@ -63,6 +65,7 @@ impl Command {
             Self::Reproduce(command) => command.run(),
             Self::Chassis(command) => command.run(),
             Self::Keys(command) => command.run(),
+            Self::Provision(command) => command.run(),
         }
     }
 }

@@ -5,6 +5,7 @@
 mod check;
 mod keys;
 mod plan;
+mod provision;
 mod reproduce;
 mod select;
 

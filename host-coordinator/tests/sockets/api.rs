@@ -97,7 +97,7 @@ async fn the_state_has_the_promised_form() {
     );
     assert_eq!(
         keys(&state["totals"]),
-        ["charges_completed", "mean_wait_s", "requests", "stranded", "waiting", "worst_wait_s"]
+        ["charges_completed", "energy_j", "mean_wait_s", "requests", "stranded", "waiting", "worst_wait_s"]
     );
     let (status, page) = get(http(&daemon), "/").await;
     assert!(status.ends_with("200 OK") && page.contains("<html"), "{status}");
