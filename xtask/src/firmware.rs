@@ -23,9 +23,12 @@ pub fn build(toolchain: &Toolchain) -> Result<(), Failure> {
 
 /// Builds every image.
 pub fn compile(toolchain: &Toolchain) -> Result<(), Failure> {
-    IMAGES
-        .into_iter()
-        .try_for_each(|(package, board)| cargo(toolchain, "build --quiet", package, board).run())
+    IMAGES.into_iter().try_for_each(|(package, board)| compile_one(toolchain, package, board))
+}
+
+/// Builds one image.
+pub fn compile_one(toolchain: &Toolchain, package: &str, board: &str) -> Result<(), Failure> {
+    cargo(toolchain, "build --quiet", package, board).run()
 }
 
 /// Clippy on what only exists on the ARM core; where rustup's clippy has no library for it, the

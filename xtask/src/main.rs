@@ -1,7 +1,7 @@
 //! `cargo xtask`: sets up a machine, builds the boards' images, tests everything.
 //!
 //! One idea a module: [`setup`] finds or installs what is missing (through [`apt`] where it must),
-//! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds an image, [`size`] and
+//! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds an image, [`mod@flash`] flashes it, [`size`] and
 //! [`mod@bench`] measure one, [`mod@test`] is what the project's continuous integration runs. Whatever
 //! fails says why and what to do next, and ends with exit code 1.
 
@@ -9,6 +9,7 @@ mod apt;
 mod bench;
 mod command;
 mod firmware;
+mod flash;
 mod setup;
 mod size;
 mod test;
@@ -20,6 +21,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand, ValueEnum};
 
 use command::Failure;
+use flash::Board;
 
 /// Sets up a machine, builds the boards' images, tests everything.
 #[derive(Parser)]
@@ -39,6 +41,15 @@ enum Task {
     Firmware,
     /// Prints the flash and RAM use of the images built last.
     Size,
+    /// Builds the image of a board, checks it against the chip's map, and flashes it through the debug
+    /// probe that is plugged in.
+    Flash {
+        /// Which.
+        board: Board,
+        /// Only check it.
+        #[arg(long)]
+        dry_run: bool,
+    },
     /// Measures an image: what a control tick of the chassis costs in instructions, and memory.
     Bench {
         /// Which.
@@ -70,6 +81,9 @@ fn main() -> ExitCode {
         Task::Test => test::all(),
         Task::Firmware => setup::arm_toolchain().and_then(|toolchain| firmware::build(&toolchain)),
         Task::Size => size::print(),
+        Task::Flash { board, dry_run } => {
+            setup::arm_toolchain().and_then(|toolchain| flash::flash(&toolchain, board, dry_run))
+        }
         Task::Bench { image: Image::Chassis, json } => bench::chassis(json),
         Task::Emulate { link, reader } => emulate(link, reader),
     };

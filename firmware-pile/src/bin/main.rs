@@ -37,7 +37,7 @@ fn main() -> ! {
         defmt::warn!("the watchdog restarted the board");
     }
     // The contacts are dead: the store may erase.
-    let (store, kept) = match block_on(Store::load(flash, StoreFlash::START)) {
+    let (store, kept) = match block_on(Store::load(flash, StoreFlash::start())) {
         Ok(loaded) => loaded,
         Err(error) => defmt::panic!("{}", defmt::Display2Format(&error)),
     };

@@ -1,5 +1,7 @@
 //! The microcontroller's flash as the store wants it.
 
+use core::ops::Range;
+
 use crate::store::{Record, Store};
 use crate::tasks::Memory;
 use embassy_stm32::Peri;
@@ -7,9 +9,21 @@ use embassy_stm32::flash::{Blocking, Error, Flash};
 use embassy_stm32::peripherals::FLASH;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-/// Where the store's two sectors begin and end, from the start of the flash. The memory map keeps the
-/// program out of them.
-const STORE: core::ops::Range<u32> = 0x4000..0xC000;
+/// Where the flash begins.
+const FLASH_START: usize = 0x0800_0000;
+
+unsafe extern "C" {
+    /// Where the store's two sectors begin and end, by the memory map, which keeps the program out of
+    /// them.
+    static _store_start: u8;
+    static _store_end: u8;
+}
+
+/// The store's sectors, from the start of the flash.
+fn store() -> Range<u32> {
+    let from_start = |symbol: *const u8| (symbol.addr() - FLASH_START) as u32;
+    from_start(&raw const _store_start)..from_start(&raw const _store_end)
+}
 
 /// The whole flash to read, the store's two sectors to write and erase: nothing else of it can be
 /// damaged. Writing takes some 16 microseconds a word and an erase up to half a second, for both of
@@ -18,7 +32,10 @@ pub struct StoreFlash(Flash<'static, Blocking>);
 
 impl StoreFlash {
     /// Where the store begins.
-    pub const START: u32 = STORE.start;
+    #[must_use]
+    pub fn start() -> u32 {
+        store().start
+    }
 
     pub(super) fn new(flash: Peri<'static, FLASH>) -> Self {
         Self(Flash::new_blocking(flash))
@@ -27,7 +44,8 @@ impl StoreFlash {
 
 /// Whether all bytes from `from` to before `to` are the store's.
 fn checked(from: u32, to: u32) -> Result<(), Error> {
-    if from >= STORE.start && from <= to && to <= STORE.end { Ok(()) } else { Err(Error::Protected) }
+    let store = store();
+    if from >= store.start && from <= to && to <= store.end { Ok(()) } else { Err(Error::Protected) }
 }
 
 impl ErrorType for StoreFlash {
@@ -42,7 +60,7 @@ impl ReadNorFlash for StoreFlash {
     }
 
     fn capacity(&self) -> usize {
-        STORE.end as usize
+        store().end as usize
     }
 }
 
