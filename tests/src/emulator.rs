@@ -104,6 +104,14 @@ impl Emulator {
         Self::start("firmware-pile-emulated", &[(1, link), (2, reader)], &[])
     }
 
+    /// Boots the pile's image with nothing connected. Its clock counts instructions, one a nanosecond.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] says what is missing and how to get it.
+    pub fn boot_counting() -> Result<Self, EmulatorError> {
+        Self::start("firmware-pile-emulated", &[], &["-icount", "shift=0"])
+    }
+
     /// Boots the chassis' image with USART1 as its `link`, USART2 as its RFID `reader` and USART6 as
     /// its test `bench`. Its clock counts instructions, one a nanosecond, so that no control tick is
     /// late when this machine is busy.

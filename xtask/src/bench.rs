@@ -1,6 +1,6 @@
-//! What an image needs: instructions of its control tick in QEMU, and memory.
+//! What an image needs: instructions of its control ticks or its frames in QEMU, and memory.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::command::{Failure, cargo};
@@ -60,4 +60,40 @@ fn print_json(Costs { ticks, p50, worst, stack_bytes }: &Costs, images: &[(&str,
         .collect();
     let tick = json!({ "ticks": ticks, "p50": p50, "worst": worst, "budget": BUDGET });
     println!("{}", json!({ "tick_instructions": tick, "stack_bytes": stack_bytes, "images": images }));
+}
+
+/// What the pile's frames have cost.
+#[derive(Deserialize)]
+struct FrameCosts {
+    frames: Vec<FrameCost>,
+}
+
+/// Instructions, with a seal and without.
+#[derive(Deserialize, Serialize)]
+struct FrameCost {
+    frame: String,
+    seal: u32,
+    open: u32,
+    seal_insecure: u32,
+    open_insecure: u32,
+}
+
+/// Measures the pile.
+pub fn pile(json: bool) -> Result<(), Failure> {
+    let toolchain = setup::all()?;
+    firmware::compile(&toolchain)?;
+    let printed = cargo("run --quiet --package tests --bin bench_pile").output()?;
+    let FrameCosts { frames } = serde_json::from_str(&printed).map_err(|error| {
+        Failure::new(format!("the bench printed {printed:?} ({error})"), "report this as a defect of xtask")
+    })?;
+    if json {
+        println!("{}", json!({ "frame_instructions": frames }));
+        return Ok(());
+    }
+    for FrameCost { frame, seal, open, seal_insecure, open_insecure } in &frames {
+        println!(
+            "{frame}: seal {seal}, open {open} instructions; without a seal {seal_insecure} and {open_insecure}"
+        );
+    }
+    Ok(())
 }

@@ -50,7 +50,7 @@ enum Task {
         #[arg(long)]
         dry_run: bool,
     },
-    /// Measures an image: what a control tick of the chassis costs in instructions, and memory.
+    /// Measures an image: what the chassis' control ticks or the pile's frames cost, and memory.
     Bench {
         /// Which.
         image: Image,
@@ -73,6 +73,8 @@ enum Task {
 enum Image {
     /// The chassis, for 10,000 control ticks: about half a minute.
     Chassis,
+    /// The pile: what it costs to seal and to open frames.
+    Pile,
 }
 
 fn main() -> ExitCode {
@@ -85,6 +87,7 @@ fn main() -> ExitCode {
             setup::arm_toolchain().and_then(|toolchain| flash::flash(&toolchain, board, dry_run))
         }
         Task::Bench { image: Image::Chassis, json } => bench::chassis(json),
+        Task::Bench { image: Image::Pile, json } => bench::pile(json),
         Task::Emulate { link, reader } => emulate(link, reader),
     };
     match result {

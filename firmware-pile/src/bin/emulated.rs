@@ -13,7 +13,7 @@ use firmware_common::executor::{execute, execute_above};
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
-use firmware_pile::board::emulated::{ModelledCharger, VolatileMemory};
+use firmware_pile::board::emulated::{ModelledCharger, VolatileMemory, seal_cost};
 use firmware_pile::tasks;
 use firmware_pile::{ChargingPile, Parameters};
 use protocol::{DeviceId, PileId, Sessions};
@@ -38,6 +38,7 @@ fn main() -> ! {
     let Some(Machine { link, reader, watchdog, .. }) = Machine::take() else {
         defmt::panic!("the machine has been taken before");
     };
+    seal_cost::log();
     let (receiver, sender) = link.split();
     let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
     defmt::warn!("INSECURE: this image has no keys and believes whoever can reach its link");

@@ -3,6 +3,7 @@
 
 mod charger;
 mod memory;
+pub mod seal_cost;
 
 pub use charger::ModelledCharger;
 pub use memory::VolatileMemory;
