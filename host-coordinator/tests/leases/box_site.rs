@@ -1,5 +1,6 @@
 //! A whole site in memory: the real coordinator core, the real pile cores, simple robots, and a
-//! network that loses, repeats, delays and reorders frames. All of it follows from a seed.
+//! network that loses, repeats, delays and reorders frames, all of them sealed. All but the keys follows
+//! from a seed.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -17,12 +18,13 @@ use host_coordinator::{
         Coordinator, Effect, Event, Input, State,
         state::{Phase, Place},
     },
+    keys::Keys,
     site::Site,
 };
 use protocol::{
     Activity, Assignment, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Epoch, Frame,
-    Message, Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState, Sessions, SiteMillis,
-    TagId, limits,
+    FrameError, Hello, Message, Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState,
+    SealError, Session, Sessions, SiteMillis, TagId, limits,
 };
 
 const STEP_MS: u64 = 100;
@@ -76,7 +78,7 @@ pub struct Trouble {
 
 struct Pile {
     core: ChargingPile,
-    sessions: Sessions,
+    sessions: Sessions<Vec<Session>>,
     plant: Plant,
     boot: BootEpoch,
     stored_epoch: Epoch,
@@ -94,7 +96,8 @@ enum Mode {
 
 struct Robot {
     config: RobotConfig,
-    sessions: Sessions,
+    greeted: bool,
+    sessions: Sessions<Vec<Session>>,
     mode: Mode,
     energy: f32,
     position: Position,
@@ -113,7 +116,8 @@ pub struct BoxSite {
     pub crashes: u32,
     site: Arc<Site>,
     policy: Policy,
-    sessions: Sessions,
+    sessions: Sessions<Vec<Session>>,
+    keys: Keys,
     piles: BTreeMap<PileId, Pile>,
     robots: BTreeMap<RobotId, Robot>,
     /// Frames on their way, by arrival.
@@ -130,6 +134,7 @@ impl BoxSite {
         let policy = Policy { lease: DurationMs(20_000), ..Policy::default() };
         let mut random = Random::new(seed);
         let free: Vec<_> = site.grid.free_cells().collect();
+        let keys = keys(&site, robots);
         let robots: BTreeMap<_, _> = (1..=robots)
             .map(|number| {
                 let id = RobotId(number);
@@ -139,7 +144,8 @@ impl BoxSite {
                 let cell = free[random.below(free.len() as u64) as usize];
                 let robot = Robot {
                     config: RobotConfig { id, tag, full, energy_per_metre_j: PER_METRE_J },
-                    sessions: Sessions::insecure(DeviceId::Robot(id), BootEpoch(1)),
+                    sessions: sessions(&keys, DeviceId::Robot(id), BootEpoch(1)),
+                    greeted: false,
                     mode: Mode::Working,
                     energy: FULL_J * (0.3 + random.below(60) as f32 / 100.0),
                     position: site.position(cell),
@@ -153,7 +159,10 @@ impl BoxSite {
         let piles = site
             .piles
             .iter()
-            .map(|pile| (pile.id, Pile::new(pile.id, BootEpoch(1), Epoch(0), 0, site.position(pile.cell))))
+            .map(|pile| {
+                let sessions = sessions(&keys, DeviceId::Pile(pile.id), BootEpoch(1));
+                (pile.id, Pile::new(pile.id, sessions, BootEpoch(1), Epoch(0), 0, site.position(pile.cell)))
+            })
             .collect();
         let configs: Vec<_> = robots.values().map(|robot| robot.config).collect();
         let coordinator = Coordinator::recover(Arc::clone(&site), policy, &configs, &[]);
@@ -166,7 +175,8 @@ impl BoxSite {
             crashes: 0,
             site,
             policy,
-            sessions: Sessions::insecure(DeviceId::Coordinator, BootEpoch(0)),
+            sessions: keys.sessions(BootEpoch(0)),
+            keys,
             piles,
             robots,
             wire: BTreeMap::new(),
@@ -182,7 +192,7 @@ impl BoxSite {
         self.coordinator = Coordinator::recover(Arc::clone(&self.site), self.policy, &configs, &self.log);
         self.coordinate(Input::Started { boot_floor: BootEpoch(0) });
         let boot = self.coordinator.state().boot;
-        self.sessions = Sessions::insecure(DeviceId::Coordinator, boot);
+        self.sessions = self.keys.sessions(boot);
     }
 
     /// A crash: everything but the log is lost, and the leases are the same after it.
@@ -200,9 +210,10 @@ impl BoxSite {
         let step = self.coordinator.step(SiteMillis(self.now), input);
         self.log.extend(step.events);
         for effect in step.effects {
-            if let Effect::Send { to, message } = effect {
-                let bytes = self.sessions.seal(Recipient::Device(to), &message).unwrap();
-                self.post(to, bytes.to_vec());
+            if let Effect::Send { to, message } = effect
+                && let Some(bytes) = sealed(&mut self.sessions, Recipient::Device(to), &message)
+            {
+                self.post(to, bytes);
             }
         }
     }
@@ -236,16 +247,16 @@ impl BoxSite {
         }
     }
 
-    fn opened(&mut self, receiver: DeviceId, bytes: &[u8]) -> Vec<Frame> {
+    fn opened(&mut self, receiver: DeviceId, bytes: &[u8]) -> Vec<Result<Frame, FrameError>> {
         let sessions = match receiver {
             DeviceId::Coordinator => &mut self.sessions,
             DeviceId::Pile(pile) => &mut self.piles.get_mut(&pile).unwrap().sessions,
             DeviceId::Robot(robot) => &mut self.robots.get_mut(&robot).unwrap().sessions,
             stranger => panic!("the coordinator talks to {stranger}"),
         };
-        let mut frames = Vec::new();
-        Deframer::new().feed(bytes, |packet| frames.push(sessions.open(packet.unwrap()).unwrap()));
-        frames
+        let mut found = Vec::new();
+        Deframer::new().feed(bytes, |packet| found.push(sessions.open(packet.unwrap())));
+        found
     }
 
     fn deliver(&mut self) {
@@ -253,12 +264,21 @@ impl BoxSite {
             && entry.key().0 <= self.now
         {
             let (to, bytes) = entry.remove();
-            for frame in self.opened(to, &bytes) {
-                match to {
-                    DeviceId::Coordinator => self.coordinate(Input::Frame(frame)),
-                    DeviceId::Pile(pile) => self.step_pile(pile, PileInput::Frame(&frame)),
-                    DeviceId::Robot(robot) => self.robot_hears(robot, &frame),
-                    other => panic!("the coordinator talks to {other}"),
+            for found in self.opened(to, &bytes) {
+                match (to, found) {
+                    (DeviceId::Coordinator, Ok(frame)) => self.coordinate(Input::Frame(frame)),
+                    (DeviceId::Coordinator, Err(FrameError::Unauthentic { sender })) => {
+                        self.coordinate(Input::Distrusted(sender));
+                    }
+                    (DeviceId::Pile(pile), Ok(frame)) => self.step_pile(pile, PileInput::Frame(&frame)),
+                    (DeviceId::Pile(pile), Err(error)) => self.step_pile(pile, PileInput::Discarded(error)),
+                    (DeviceId::Robot(robot), Ok(frame)) => self.robot_hears(robot, &frame),
+                    (DeviceId::Robot(robot), Err(FrameError::Unauthentic { .. })) => {
+                        self.robots.get_mut(&robot).unwrap().greeted = false;
+                    }
+                    // Late, or repeated by the network.
+                    (_, Err(FrameError::Replayed { .. } | FrameError::EarlierStart { .. })) => {}
+                    (to, found) => panic!("{to} got {found:?}"),
                 }
             }
         }
@@ -270,7 +290,8 @@ impl BoxSite {
             if self.random.chance(self.trouble.pile_restart) {
                 let pile = &self.piles[&id];
                 let boot = BootEpoch(pile.boot.0 + 1);
-                let pile = Pile::new(id, boot, pile.stored_epoch, self.now, pile.cell_position);
+                let sessions = sessions(&self.keys, DeviceId::Pile(id), boot);
+                let pile = Pile::new(id, sessions, boot, pile.stored_epoch, self.now, pile.cell_position);
                 self.piles.insert(id, pile);
             }
             let docked = self.docked(id).map(|robot| robot.config.tag);
@@ -315,19 +336,17 @@ impl BoxSite {
         pile.plant.command(outputs.power);
         let mut post = Vec::new();
         for outgoing in outputs.messages {
-            let to: Vec<_> = match outgoing.to {
-                To::Coordinator => vec![DeviceId::Coordinator],
-                To::Service | To::Peers => continue,
-            };
-            let bytes = pile.sessions.seal(outgoing.to.into(), &outgoing.message).unwrap();
-            post.extend(to.into_iter().map(|to| (to, bytes.to_vec())));
+            if outgoing.to == To::Coordinator {
+                post.extend(sealed(&mut pile.sessions, outgoing.to.into(), &outgoing.message));
+            }
         }
-        post.into_iter().for_each(|(to, bytes)| self.post(to, bytes));
+        post.into_iter().for_each(|bytes| self.post(DeviceId::Coordinator, bytes));
     }
 
     fn robot_hears(&mut self, id: RobotId, frame: &Frame) {
         let Some(robot) = self.robots.get_mut(&id) else { return };
         match &frame.message {
+            Message::Hello(_) => robot.greeted = true,
             Message::Unassigned(answer) if answer.request == robot.request => {
                 if let Mode::Approaching { .. } = robot.mode {
                     robot.mode = Mode::Waiting;
@@ -389,13 +408,8 @@ impl BoxSite {
             if changed || now >= robot.say_at {
                 robot.say_at = now + u64::from(limits::STATE_INTERVAL.0);
                 for message in robot.talk() {
-                    bytes.push(
-                        robot
-                            .sessions
-                            .seal(Recipient::Device(DeviceId::Coordinator), &message)
-                            .unwrap()
-                            .to_vec(),
-                    );
+                    let to = Recipient::Device(DeviceId::Coordinator);
+                    bytes.extend(sealed(&mut robot.sessions, to, &message));
                 }
             }
             bytes.into_iter().for_each(|bytes| self.post(DeviceId::Coordinator, bytes));
@@ -468,17 +482,47 @@ pub fn leases(state: &State) -> BTreeMap<PileId, (u32, RobotId, bool)> {
     state.piles.iter().filter_map(row).collect()
 }
 
+fn keys(site: &Site, robots: u16) -> Keys {
+    let mut keys = Keys::default();
+    keys.make_site().unwrap();
+    let piles = site.piles.iter().map(|pile| DeviceId::Pile(pile.id));
+    for device in piles.chain((1..=robots).map(|robot| DeviceId::Robot(RobotId(robot)))) {
+        keys.make(device).unwrap();
+    }
+    keys
+}
+
+fn sessions(keys: &Keys, device: DeviceId, boot: BootEpoch) -> Sessions<Vec<Session>> {
+    Sessions::new(device, boot, keys.trust_of(device))
+}
+
+/// Nothing but Hello goes to who was not heard.
+fn sealed(sessions: &mut Sessions<Vec<Session>>, to: Recipient, message: &Message) -> Option<Vec<u8>> {
+    match sessions.seal(to, message) {
+        Ok(bytes) => Some(bytes.to_vec()),
+        Err(SealError::Unheard { .. }) => None,
+        Err(error) => panic!("{error}"),
+    }
+}
+
 fn through_json(event: &Event) -> Event {
     let json = serde_json::to_string(&event.fact).unwrap();
     Event { at: event.at, fact: serde_json::from_str(&json).unwrap() }
 }
 
 impl Pile {
-    fn new(id: PileId, boot: BootEpoch, highest_epoch: Epoch, started: u64, cell_position: Position) -> Self {
+    fn new(
+        id: PileId,
+        sessions: Sessions<Vec<Session>>,
+        boot: BootEpoch,
+        highest_epoch: Epoch,
+        started: u64,
+        cell_position: Position,
+    ) -> Self {
         let parameters = Parameters { boot, highest_epoch, ..Parameters::new(id, POWER_W) };
         Self {
             core: ChargingPile::new(parameters),
-            sessions: Sessions::insecure(DeviceId::Pile(id), boot),
+            sessions,
             plant: Plant::new(),
             boot,
             stored_epoch: highest_epoch,
@@ -517,7 +561,9 @@ impl Robot {
             Mode::Approaching { .. } => (Activity::Approaching, Some(self.request)),
             Mode::Docked { .. } => (Activity::Docked, Some(self.request)),
         };
-        let mut messages = vec![Message::RobotState(RobotState { position, energy, activity, accepted })];
+        let hello = (!self.greeted).then(|| Message::Hello(Hello::new(Epoch(0))));
+        let mut messages: Vec<_> = hello.into_iter().collect();
+        messages.push(Message::RobotState(RobotState { position, energy, activity, accepted }));
         if self.mode == Mode::Waiting {
             messages.push(Message::ChargeRequest(ChargeRequest { request: self.request, position, energy }));
         }
