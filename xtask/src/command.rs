@@ -1,8 +1,9 @@
 //! Other programs, and what to say when they fail.
 
 use std::ffi::OsStr;
-use std::fmt;
-use std::process;
+use std::fs::File;
+use std::path::Path;
+use std::{fmt, io, process};
 
 use crate::root;
 
@@ -78,6 +79,17 @@ impl Command {
         Err(Failure::new(format!("`{self}` failed: {cause}"), "run it by hand to see all it says"))
     }
 
+    /// Runs it, its output going into a file; whether it succeeded.
+    pub fn logged(&self, log: &Path) -> Result<bool, Failure> {
+        let file = |failed: io::Error| {
+            Failure::new(format!("{} cannot be written: {failed}", log.display()), "look who owns its folder")
+        };
+        let output = File::create(log).map_err(file)?;
+        let errors = output.try_clone().map_err(file)?;
+        let status = self.process()?.stdout(output).stderr(errors).status();
+        Ok(status.map_err(|error| self.cannot_start(&error))?.success())
+    }
+
     fn process(&self) -> Result<process::Command, Failure> {
         let Some((program, arguments)) = self.words.split_first() else {
             return Err(Failure::new("there is no program to run", "report this as a defect of xtask"));
@@ -87,7 +99,7 @@ impl Command {
         Ok(process)
     }
 
-    fn cannot_start(&self, error: &std::io::Error) -> Failure {
+    fn cannot_start(&self, error: &io::Error) -> Failure {
         let program = self.words.first().map_or("", String::as_str);
         Failure::new(
             format!("`{self}` cannot be started: {error}"),

@@ -1,15 +1,17 @@
 //! `cargo xtask`: sets up a machine, builds the boards' images, tests everything.
 //!
 //! One idea a module: [`setup`] finds or installs what is missing (through [`apt`] where it must),
-//! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds an image, [`mod@flash`] flashes it, [`size`] and
-//! [`mod@bench`] measure one, [`mod@test`] is what the project's continuous integration runs. Whatever
-//! fails says why and what to do next, and ends with exit code 1.
+//! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds an image, [`mod@flash`] flashes
+//! it, [`size`] and [`mod@bench`] measure one, [`fuzz`] runs the fuzzer's targets, [`mod@test`] is what
+//! the project's continuous integration runs. Whatever fails says why and what to do next, and ends
+//! with exit code 1.
 
 mod apt;
 mod bench;
 mod command;
 mod firmware;
 mod flash;
+mod fuzz;
 mod setup;
 mod size;
 mod test;
@@ -33,7 +35,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Installs what is missing: the ARM target, QEMU.
+    /// Installs what is missing: the ARM target, QEMU, a C++ compiler.
     Setup,
     /// Runs every check and every test, the quick ones first.
     Test,
@@ -54,6 +56,18 @@ enum Task {
     Bench {
         /// Which.
         image: Image,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Feeds deframer, decoder, readers and store what a fuzzer makes up.
+    Fuzz {
+        /// How long each target is fed, in seconds.
+        #[arg(long, value_name = "S", default_value_t = 60)]
+        seconds: u32,
+        /// Adds to the corpus what has reached more of the code, and makes it small.
+        #[arg(long)]
+        keep: bool,
         /// Print JSON.
         #[arg(long)]
         json: bool,
@@ -88,6 +102,7 @@ fn main() -> ExitCode {
         }
         Task::Bench { image: Image::Chassis, json } => bench::chassis(json),
         Task::Bench { image: Image::Pile, json } => bench::pile(json),
+        Task::Fuzz { seconds, keep, json } => fuzz::run(seconds, keep, json),
         Task::Emulate { link, reader } => emulate(link, reader),
     };
     match result {

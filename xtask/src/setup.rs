@@ -26,7 +26,27 @@ const PACKAGE_MANAGERS: [(&str, &str, &str); 5] = [
 pub fn all() -> Result<Toolchain, Failure> {
     let toolchain = arm_toolchain()?;
     qemu()?;
+    cpp()?;
     Ok(toolchain)
+}
+
+/// A C++ compiler for libFuzzer, installed if necessary.
+pub fn cpp() -> Result<(), Failure> {
+    if on_path("c++") {
+        return Ok(());
+    }
+    eprintln!("setup: installing a C++ compiler");
+    let installed = if on_path("apt-get") {
+        apt::update().and_then(|()| apt::install(&["g++"], None))
+    } else {
+        Err(Failure::new("xtask knows its package for apt only", "use this system's own package manager"))
+    };
+    installed.map_err(|failure| {
+        Failure::new(
+            format!("there is no C++ compiler and none can be installed: {failure}"),
+            "install one as `c++` by hand and try again",
+        )
+    })
 }
 
 /// The compiler for the ARM core, installed if necessary.

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::command::{Command, Failure, cargo};
-use crate::{firmware, setup};
+use crate::{firmware, fuzz, setup};
 
 /// The steps that ran, and how long each took.
 #[derive(Default)]
@@ -20,7 +20,8 @@ pub fn all() -> Result<(), Failure> {
 }
 
 fn run(steps: &mut Steps) -> Result<(), Failure> {
-    steps.commands("rustfmt", [cargo("fmt --all --check")])?;
+    let fuzz = cargo("fmt --manifest-path fuzz/Cargo.toml --check");
+    steps.commands("rustfmt", [cargo("fmt --all --check"), fuzz])?;
     let toolchain = steps.step("setup", "cargo xtask setup", setup::all)?;
     steps.step("firmware", "cargo xtask firmware", || firmware::build(&toolchain))?;
     steps.commands("firmware lints", firmware::lints(&toolchain))?;
@@ -28,7 +29,8 @@ fn run(steps: &mut Steps) -> Result<(), Failure> {
     let documentation = cargo("doc --quiet --workspace --no-deps").variable("RUSTDOCFLAGS", "-D warnings");
     steps.commands("documentation", [documentation])?;
     steps.commands("firmware documentation", firmware::documentation(&toolchain))?;
-    steps.commands("tests", [cargo("test --quiet --workspace")])
+    steps.commands("tests", [cargo("test --quiet --workspace")])?;
+    steps.step("fuzzing", "cargo xtask fuzz", fuzz::test)
 }
 
 impl Steps {

@@ -71,9 +71,13 @@ fn debian_is_ready() -> bool {
 
 /// The linker that comes with rustup's compiler.
 fn linker(sysroot: &Path) -> Result<PathBuf, Failure> {
+    Ok(library(sysroot, &host()?).join("bin/rust-lld"))
+}
+
+/// The target that programs for this machine are built for.
+pub fn host() -> Result<String, Failure> {
     let verbose = Command::new("rustc").words("-vV").output()?;
-    let host = verbose.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or_default();
-    Ok(library(sysroot, host).join("bin/rust-lld"))
+    Ok(verbose.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or_default().into())
 }
 
 fn sysroot() -> Result<PathBuf, Failure> {

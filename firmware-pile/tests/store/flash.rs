@@ -86,6 +86,13 @@ impl Flash {
         })))
     }
 
+    /// A flash that somebody else has left like this: any word of it may be torn.
+    pub fn left_with(bytes: Vec<u8>) -> Self {
+        let flash = Self::holding(bytes);
+        flash.0.borrow_mut().torn.fill(true);
+        flash
+    }
+
     /// Cuts the power in the operation with this number, counted from the next, which is 0.
     pub fn cut_at(&self, operation: u64, tear: Tear) {
         let mut cells = self.0.borrow_mut();
