@@ -38,6 +38,7 @@
 //! | [`voice`] | what a pile says of itself to the coordinator, and when |
 //! | [`reports`] | reports that are repeated until acknowledged |
 //! | [`store`] | what outlives a loss of power, in two sectors of flash |
+//! | [`trust`] | whom a board believes, by the keys of its identity |
 //! | `tasks` | the task that runs the core, generic over a board's drivers; only built for ARM |
 //! | `board` | the boards it runs on, only built for them |
 //!
@@ -62,6 +63,7 @@ pub mod store;
 pub mod table;
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod tasks;
+pub mod trust;
 pub mod voice;
 
 pub use io::{Input, Outgoing, Outputs, To};

@@ -26,6 +26,7 @@ fn main() -> ExitCode {
     println!("USART2, the RFID reader:             127.0.0.1:{reader}");
     println!("For a coordinator to call it, its configuration needs:");
     println!("    [[pile]]\n    id = 1  # or what its log below says\n    address = \"127.0.0.1:{link}\"");
+    println!("It has no keys, so that the coordinator has to run without them: `insecure = true`.");
     println!("Until an RFID reader answers, the pile reports that it is silent.");
     while let Some(line) = board.next_line(Duration::MAX) {
         println!("{line}");
