@@ -1,95 +1,28 @@
 //! `chargehand chassis` as a person starts it, against the real chassis core on a model of its
-//! robot, behind a TCP socket.
+//! robot, behind a TCP socket or a serial port.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::{
-    io::{self, BufRead as _, BufReader, Read as _, Write as _},
-    net::{SocketAddr, TcpListener, TcpStream},
+    io::{BufRead as _, BufReader, Read as _, Write as _},
+    net::{SocketAddr, TcpListener},
     path::Path,
-    process::{Command, Output, Stdio},
-    sync::mpsc::{Receiver, channel},
+    process::{Child, Command, Output, Stdio},
+    sync::mpsc::Receiver,
     thread,
-    time::{Duration, Instant},
 };
 
-use firmware_chassis::{Chassis, Input, Messages, Motors, Parameters, plant::Plant};
 use host_coordinator::chassis::recording::Speeds;
 use proptest::prelude::*;
 use protocol::{
-    BootEpoch, ChassisMode, Deframer, DeviceId, Epoch, Hello, Message, Millis, PileId, Recipient, RobotId,
-    Sessions, StopReason,
+    BootEpoch, ChassisMode, Deframer, DeviceId, Epoch, Hello, Message, PileId, Recipient, Sessions,
+    StopReason,
 };
 use serde_json::Value;
 
-const ROBOT: RobotId = RobotId(7);
+#[path = "chassis/robot.rs"]
+mod robot;
 
-/// What the chassis says of itself and its speed after each tick.
-struct Told {
-    mode: ChassisMode,
-    stop: Option<StopReason>,
-    forward_mps: f32,
-}
-
-/// A chassis in real time behind a socket that takes one caller after the other, for as long as
-/// somebody wants to be told.
-fn chassis() -> (SocketAddr, Receiver<Told>) {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap();
-    listener.set_nonblocking(true).unwrap();
-    let (tell, told) = channel();
-    thread::spawn(move || {
-        let parameters = Parameters::new(ROBOT);
-        let mut chassis = Chassis::new(parameters).unwrap();
-        let mut plant = Plant::new(&parameters, [0; 4]);
-        let mut motors = Motors::Brake;
-        let mut sessions = Sessions::insecure(DeviceId::Chassis(ROBOT), BootEpoch(1));
-        let computer = Recipient::Device(DeviceId::Robot(ROBOT));
-        let mut line: Option<(TcpStream, Deframer)> = None;
-        let start = Instant::now();
-        for tick in 1.. {
-            let now = Millis(tick * 10);
-            thread::sleep((start + Duration::from_millis(now.0)).saturating_duration_since(Instant::now()));
-            if let Ok((stream, _)) = listener.accept() {
-                stream.set_nonblocking(true).unwrap();
-                stream.set_nodelay(true).unwrap();
-                line = Some((stream, Deframer::new()));
-            }
-            let (mut sent, mut messages) = (Vec::new(), Messages::new());
-            for frame in heard(&mut line, &mut sessions) {
-                motors = chassis.step(now, Input::Frame(&frame), &mut messages);
-                sent.extend(messages.drain(..));
-            }
-            motors = chassis.step(now, Input::Tick(plant.advance(motors)), &mut messages);
-            for message in sent.into_iter().chain(messages) {
-                let bytes = sessions.seal(computer, &message).unwrap();
-                if let Some((stream, _)) = &mut line {
-                    // A caller that hung up misses it.
-                    let _ = stream.write_all(&bytes);
-                }
-            }
-            let (mode, stop) = (chassis.motion().mode(), chassis.motion().stop());
-            if tell.send(Told { mode, stop, forward_mps: chassis.velocity().x }).is_err() {
-                return;
-            }
-        }
-    });
-    (address, told)
-}
-
-fn heard(line: &mut Option<(TcpStream, Deframer)>, sessions: &mut Sessions) -> Vec<protocol::Frame> {
-    let mut frames = Vec::new();
-    let mut buffer = [0; 1024];
-    while let Some((stream, deframer)) = line {
-        match stream.read(&mut buffer) {
-            Ok(length @ 1..) => deframer.feed(&buffer[..length], |found| {
-                frames.extend(found.and_then(|packet| sessions.open(packet)));
-            }),
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-            Ok(0) | Err(_) => *line = None,
-        }
-    }
-    frames
-}
+use robot::{ROBOT, Told, at_socket};
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_chargehand"));
@@ -117,7 +50,7 @@ fn refusal(mut command: Command) -> String {
 
 #[test]
 fn a_drive_reaches_its_speed_stops_and_is_plotted_from_its_recording() {
-    let (address, _told) = chassis();
+    let (address, _told) = at_socket();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("step.mcap");
     let recording = ["--record", file.to_str().unwrap()];
@@ -162,7 +95,7 @@ fn size_of_png(file: &Path) -> (u32, u32) {
 
 #[test]
 fn what_the_chassis_refuses_is_refused_with_its_reason() {
-    let (address, told) = chassis();
+    let (address, told) = at_socket();
     let error = refusal(at(address, &["drive", "--vx", "5", "--for", "1s"]));
     assert!(error.contains("robot 7 refuses") && error.contains("vx is beyond its limit"), "{error}");
     assert!(told.try_iter().all(|told| told.mode == ChassisMode::Braked));
@@ -172,18 +105,97 @@ fn what_the_chassis_refuses_is_refused_with_its_reason() {
     }
 }
 
+/// Starts to drive forward at 0.5 m/s and waits until the chassis does.
+fn driving(mut command: Command, told: &Receiver<Told>) -> Child {
+    let driver = command.args(["drive", "--vx", "0.5", "--json"]).stdout(Stdio::piped()).spawn().unwrap();
+    let moving = told.iter().find(|told| told.forward_mps > 0.49).unwrap();
+    assert_eq!((moving.mode, moving.stop), (ChassisMode::Driving, None));
+    driver
+}
+
+/// The ticks until the chassis is braked, and why it is.
+fn braked(told: &Receiver<Told>) -> (Vec<Told>, Option<StopReason>) {
+    let mut ticks = Vec::new();
+    for told in told.iter().take(300) {
+        let (mode, stop) = (told.mode, told.stop);
+        ticks.push(told);
+        if mode == ChassisMode::Braked {
+            return (ticks, stop);
+        }
+    }
+    panic!("it does not stop within 3 s");
+}
+
+#[cfg(unix)]
+fn interrupt(child: &Child) {
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
 #[test]
 fn a_driver_that_dies_mid_drive_leaves_a_chassis_that_stops() {
-    let (address, told) = chassis();
-    let mut driver = at(address, &["drive", "--vx", "0.5"]).stdout(Stdio::null()).spawn().unwrap();
-    let moving = told.iter().find(|told| told.forward_mps > 0.4).unwrap();
-    assert_eq!((moving.mode, moving.stop), (ChassisMode::Driving, None));
+    let (address, told) = at_socket();
+    let mut driver = driving(at(address, &[]), &told);
     driver.kill().unwrap();
     driver.wait().unwrap();
-    let ticks: Vec<_> = told.iter().take(200).collect();
-    let braked = ticks.iter().position(|told| told.mode == ChassisMode::Braked).expect("it stops within 2 s");
-    assert_eq!(ticks[braked].stop, Some(StopReason::LinkSilent));
-    assert!(ticks[199].forward_mps.abs() < 0.01);
+    assert_eq!(braked(&told).1, Some(StopReason::LinkSilent));
+    assert!(told.iter().nth(100).unwrap().forward_mps.abs() < 0.01);
+}
+
+#[test]
+#[cfg(unix)]
+fn ctrl_c_ramps_a_drive_to_a_stop_and_reports_it() {
+    let (address, told) = at_socket();
+    let driver = driving(at(address, &[]), &told);
+    interrupt(&driver);
+    let (ticks, stop) = braked(&told);
+    assert_eq!(stop, Some(StopReason::Commanded));
+    // 0.5 m/s at 1 m/s².
+    let ramped = ticks.iter().filter(|told| told.mode == ChassisMode::Stopping).count();
+    assert!((45..=55).contains(&ramped), "{ramped} ticks");
+    let report = json(&driver.wait_with_output().unwrap());
+    assert_eq!((&report["mode"], &report["stop"]), (&"Braked".into(), &"Commanded".into()));
+    assert!((report["reached"]["vx"].as_f64().unwrap() - 0.5).abs() < 0.02, "{report}");
+}
+
+#[test]
+fn an_emergency_stop_brakes_a_moving_chassis_and_holds_it_until_it_is_released() {
+    let (address, told) = at_socket();
+    let mut driver = driving(at(address, &[]), &told);
+    // The line is the newest caller's.
+    let report = json(&at(address, &["stop", "--emergency", "--json"]).output().unwrap());
+    assert_eq!((&report["mode"], &report["stop"]), (&"Braked".into(), &"Emergency".into()));
+    assert!(told.iter().take(100).any(|told| told.stop == Some(StopReason::Emergency)));
+    assert!(!driver.wait().unwrap().success(), "its line is gone");
+
+    let stands = |told: &Told| told.forward_mps.abs() < 0.001;
+    assert!(told.iter().take(100).any(|told| stands(&told)), "it stands within 1 s");
+    let drive = ["drive", "--vx", "0.1", "--for", "0.2s"];
+    let error = refusal(at(address, &drive));
+    assert!(error.contains("held stopped because of an emergency stop"), "{error}");
+    assert_eq!(json(&at(address, &["release", "--json"]).output().unwrap())["done"], 1);
+    assert!(at(address, &drive).output().unwrap().status.success());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_chassis_at_a_serial_port_is_driven_and_stopped_as_one_in_the_network() {
+    let (port, _cable, told) = robot::at_port();
+    let at_port = |arguments: &[&str]| {
+        let mut command = command(&["--port", port.to_str().unwrap()]);
+        command.args(arguments);
+        command
+    };
+    let driver = driving(at_port(&[]), &told);
+    interrupt(&driver);
+    let report = json(&driver.wait_with_output().unwrap());
+    assert_eq!(
+        (&report["robot"], &report["mode"], &report["stop"]),
+        (&7.into(), &"Braked".into(), &"Commanded".into())
+    );
+    assert!(report["moved"]["x_m"].as_f64().unwrap() > 0.2, "{report}");
+    let report = json(&at_port(&["stop", "--emergency", "--json"]).output().unwrap());
+    assert_eq!(report["stop"], "Emergency");
 }
 
 #[test]
@@ -255,24 +267,23 @@ fn who_is_no_chassis_is_named_and_what_to_do_about_it() {
 #[test]
 #[cfg(unix)]
 fn watch_tells_every_report_and_record_keeps_it_until_ctrl_c() {
-    let (address, _told) = chassis();
+    let (address, told) = at_socket();
     let mut watch = at(address, &["watch", "--json"]).stdout(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(watch.stdout.take().unwrap()).lines().take(30);
     let reports: Vec<Value> = lines.map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
     assert!(reports.iter().any(|report| report["odometry"]["measured"]["vx"].is_number()));
     watch.kill().unwrap();
     watch.wait().unwrap();
+    let before = told.try_iter().last().unwrap().frames;
 
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("rest.mcap");
     let record =
         at(address, &["record", file.to_str().unwrap(), "--json"]).stdout(Stdio::piped()).spawn().unwrap();
-    // It creates the file when Ctrl-C is already its to handle, and writes whole blocks.
-    while std::fs::metadata(&file).map_or(0, |file| file.len()) == 0 {
-        thread::sleep(Duration::from_millis(10));
-    }
-    let sent = Command::new("kill").args(["-INT", &record.id().to_string()]).status().unwrap();
-    assert!(sent.success());
+    // What it says answers what it has heard, and by then Ctrl-C is its to handle.
+    assert!(told.iter().any(|told| told.frames > before));
+    assert!(told.iter().nth(50).is_some());
+    interrupt(&record);
     assert_eq!(json(&record.wait_with_output().unwrap())["robot"], 7);
     assert!(!Speeds::read(&std::fs::read(&file).unwrap()).unwrap().measured.is_empty());
     let stop = json(&at(address, &["stop", "--json"]).output().unwrap());
@@ -282,7 +293,7 @@ fn watch_tells_every_report_and_record_keeps_it_until_ctrl_c() {
 }
 
 fn recording() -> Vec<u8> {
-    let (address, _told) = chassis();
+    let (address, _told) = at_socket();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("short.mcap");
     let drive = ["drive", "--wz", "1", "--for", "0.1s", "--record", file.to_str().unwrap()];

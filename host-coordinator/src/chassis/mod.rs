@@ -8,11 +8,13 @@
 //! | [`run`] | the shell around a session: line, clock, signal |
 //! | [`words`] | what a chassis says, for a person |
 //! | [`recording`] | MCAP files, written and read |
+//! | [`ros`] | the ROS 2 messages in them |
 //! | [`plot`] | a recording as a picture |
 
 pub mod outcome;
 pub mod plot;
 pub mod recording;
+pub mod ros;
 pub mod run;
 pub mod session;
 pub mod words;

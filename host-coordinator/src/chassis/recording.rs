@@ -1,14 +1,15 @@
-//! Recordings of a chassis as MCAP files, which Foxglove and the MCAP tools open.
+//! Recordings of a chassis as MCAP files of ROS 2 messages, for `ros2 bag`, Foxglove and scripts.
 //!
-//! | channel | message, as JSON |
+//! | channel | message |
 //! |---|---|
-//! | `/cmd_vel` | `geometry_msgs/Twist`: the command in force |
-//! | `/cmd_vel_ramped` | `geometry_msgs/Twist`: what the ramp makes of it |
-//! | `/odom` | `nav_msgs/Odometry`: pose and measured twist |
-//! | `/chassis/state` | [`ChassisState`] |
+//! | `/cmd_vel` | `geometry_msgs/msg/Twist`: the command in force |
+//! | `/cmd_vel_ramped` | `geometry_msgs/msg/Twist`: what the ramp makes of it |
+//! | `/odom` | `nav_msgs/msg/Odometry`: pose and measured twist |
+//! | `/tf` | `tf2_msgs/msg/TFMessage`: the pose once more, for a view in space |
+//! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray`: mode, stop, faults, battery |
 //!
-//! A message's publish time follows the chassis' clock, which knows no jitter of the line; its log
-//! time is that of its arrival. Both are nanoseconds since 1970 UTC.
+//! A message's publish time and stamp follow the chassis' clock, which knows no jitter of the line;
+//! its log time is that of its arrival. All are times since 1970 UTC.
 
 use std::{
     collections::BTreeMap,
@@ -18,16 +19,20 @@ use std::{
 };
 
 use mcap::{McapError, MessageStream, WriteOptions, Writer, records::MessageHeader};
-use protocol::{ChassisState, Odometry, SpeedMps, TurnRateRadps, Twist};
-use serde::Deserialize;
-use serde_json::{Value, json};
+use protocol::{ChassisFault, ChassisState, Odometry, SpeedMps, TurnRateRadps, Twist};
+use serde::{Serialize, de::DeserializeOwned};
 
-use super::session::Heard;
+use super::{
+    ros::{self, Header, RosError, Time, Vector3},
+    session::Heard,
+    words,
+};
 
 const COMMANDED: &str = "/cmd_vel";
 const RAMPED: &str = "/cmd_vel_ramped";
 const ODOMETRY: &str = "/odom";
-const STATE: &str = "/chassis/state";
+const TRANSFORM: &str = "/tf";
+const DIAGNOSTICS: &str = "/diagnostics";
 
 /// What is wrong with a recording.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +40,9 @@ pub enum RecordingError {
     /// It cannot be written.
     #[error("cannot write the recording: {0}")]
     Write(McapError),
+    /// A message has no bytes.
+    #[error("cannot write a message of the recording: {0}")]
+    Encode(RosError),
     /// It cannot be read.
     #[error("no readable MCAP file ({0}); if its recording was cut off, `mcap recover` may save it")]
     Read(McapError),
@@ -44,7 +52,7 @@ pub enum RecordingError {
         /// Its channel.
         topic: &'static str,
         /// What is wrong with it.
-        error: serde_json::Error,
+        error: RosError,
     },
     /// Nothing to see.
     #[error("nothing about a chassis' speed in it; record with `chargehand chassis record`")]
@@ -57,7 +65,8 @@ pub struct Recorder<W: Write + Seek> {
     commanded: u16,
     ramped: u16,
     odometry: u16,
-    state: u16,
+    transform: u16,
+    diagnostics: u16,
     sequence: u32,
     /// The chassis' zero in nanoseconds since 1970, and its last stamp.
     zero: Option<(u64, u64)>,
@@ -76,16 +85,20 @@ impl Recorder<BufWriter<File>> {
 
 impl<W: Write + Seek> Recorder<W> {
     fn new(to: W) -> Result<Self, McapError> {
-        let mut writer = WriteOptions::new().compression(None).library("chargehand").create(to)?;
-        let mut channel = |topic: &str, name: &str, schema: Value| -> Result<u16, McapError> {
-            let schema = writer.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
-            writer.add_channel(schema, topic, "json", &BTreeMap::new())
+        let options = WriteOptions::new().compression(None).library("chargehand").profile("ros2");
+        let mut writer = options.create(to)?;
+        let mut channel = |topic: &str, package: &str, name: &str| -> Result<u16, McapError> {
+            let definition = ros::definition(package, name);
+            let schema =
+                writer.add_schema(&format!("{package}/msg/{name}"), "ros2msg", definition.as_bytes())?;
+            writer.add_channel(schema, topic, "cdr", &BTreeMap::new())
         };
         Ok(Self {
-            commanded: channel(COMMANDED, "geometry_msgs/Twist", twist_schema())?,
-            ramped: channel(RAMPED, "geometry_msgs/Twist", twist_schema())?,
-            odometry: channel(ODOMETRY, "nav_msgs/Odometry", odometry_schema())?,
-            state: channel(STATE, "chargehand/ChassisState", state_schema())?,
+            commanded: channel(COMMANDED, "geometry_msgs", "Twist")?,
+            ramped: channel(RAMPED, "geometry_msgs", "Twist")?,
+            odometry: channel(ODOMETRY, "nav_msgs", "Odometry")?,
+            transform: channel(TRANSFORM, "tf2_msgs", "TFMessage")?,
+            diagnostics: channel(DIAGNOSTICS, "diagnostic_msgs", "DiagnosticArray")?,
             writer,
             sequence: 0,
             zero: None,
@@ -95,18 +108,19 @@ impl<W: Write + Seek> Recorder<W> {
     /// Adds what was heard `now_ns` nanoseconds after 1970 UTC.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`]; [`RecordingError::Encode`] is not to be expected.
     pub fn record(&mut self, now_ns: u64, heard: &Heard) -> Result<(), RecordingError> {
-        let written = match heard {
-            Heard::State(state) => self.write(self.state, now_ns, now_ns, &state_json(state)),
-            Heard::Odometry(odometry) => {
-                let at = self.published(now_ns, odometry.stamp.0.saturating_mul(1_000_000));
-                self.write(self.commanded, now_ns, at, &twist_json(&odometry.commanded))
-                    .and_then(|()| self.write(self.ramped, now_ns, at, &twist_json(&odometry.ramped)))
-                    .and_then(|()| self.write(self.odometry, now_ns, at, &odometry_json(odometry)))
+        match heard {
+            Heard::State(state) => self.write(self.diagnostics, now_ns, now_ns, &diagnostics(now_ns, state)),
+            Heard::Odometry(told) => {
+                let at = self.published(now_ns, told.stamp.0.saturating_mul(1_000_000));
+                self.write(self.commanded, now_ns, at, &twist(&told.commanded))?;
+                self.write(self.ramped, now_ns, at, &twist(&told.ramped))?;
+                let odometry = odometry(at, told);
+                self.write(self.transform, now_ns, at, &transform(&odometry))?;
+                self.write(self.odometry, now_ns, at, &odometry)
             }
-        };
-        written.map_err(RecordingError::Write)
+        }
     }
 
     /// Ends the file properly.
@@ -130,11 +144,12 @@ impl<W: Write + Seek> Recorder<W> {
         channel_id: u16,
         log_time: u64,
         publish_time: u64,
-        data: &Value,
-    ) -> Result<(), McapError> {
+        message: &impl Serialize,
+    ) -> Result<(), RecordingError> {
         let header = MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time };
         self.sequence = self.sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, data.to_string().as_bytes())
+        let bytes = ros::to_bytes(message).map_err(RecordingError::Encode)?;
+        self.writer.write_to_known_channel(&header, &bytes).map_err(RecordingError::Write)
     }
 }
 
@@ -170,9 +185,9 @@ impl Speeds {
             let message = message.map_err(RecordingError::Read)?;
             let (at, data) = (message.publish_time, message.data.as_ref());
             match message.channel.topic.as_str() {
-                COMMANDED => commanded.push((at, read::<RosTwist>(COMMANDED, data)?.into())),
-                RAMPED => ramped.push((at, read::<RosTwist>(RAMPED, data)?.into())),
-                ODOMETRY => measured.push((at, read::<RosOdometry>(ODOMETRY, data)?.twist.twist.into())),
+                COMMANDED => commanded.push((at, read::<ros::Twist>(COMMANDED, data)?)),
+                RAMPED => ramped.push((at, read::<ros::Twist>(RAMPED, data)?)),
+                ODOMETRY => measured.push((at, read::<ros::Odometry>(ODOMETRY, data)?)),
                 _ => {}
             }
         }
@@ -185,135 +200,124 @@ impl Speeds {
     }
 }
 
-fn read<'a, T: Deserialize<'a>>(topic: &'static str, data: &'a [u8]) -> Result<T, RecordingError> {
-    serde_json::from_slice(data).map_err(|error| RecordingError::Message { topic, error })
+fn read<T>(topic: &'static str, data: &[u8]) -> Result<Twist, RecordingError>
+where
+    T: DeserializeOwned,
+    Twist: TryFrom<T, Error = RosError>,
+{
+    ros::from_bytes::<T>(data)
+        .and_then(Twist::try_from)
+        .map_err(|error| RecordingError::Message { topic, error })
 }
 
-#[derive(Deserialize)]
-struct RosTwist {
-    linear: Linear,
-    angular: Angular,
-}
+impl TryFrom<ros::Twist> for Twist {
+    type Error = RosError;
 
-#[derive(Deserialize)]
-struct Linear {
-    x: SpeedMps,
-    y: SpeedMps,
-}
-
-#[derive(Deserialize)]
-struct Angular {
-    z: TurnRateRadps,
-}
-
-#[derive(Deserialize)]
-struct RosOdometry {
-    twist: WithCovariance,
-}
-
-#[derive(Deserialize)]
-struct WithCovariance {
-    twist: RosTwist,
-}
-
-impl From<RosTwist> for Twist {
-    fn from(ros: RosTwist) -> Self {
-        Self { vx: ros.linear.x, vy: ros.linear.y, wz: ros.angular.z }
+    fn try_from(ros::Twist { linear, angular }: ros::Twist) -> Result<Self, RosError> {
+        Ok(Self {
+            vx: SpeedMps::new(linear.x as f32)?,
+            vy: SpeedMps::new(linear.y as f32)?,
+            wz: TurnRateRadps::new(angular.z as f32)?,
+        })
     }
 }
 
-fn twist_json(twist: &Twist) -> Value {
-    json!({
-        "linear": { "x": twist.vx, "y": twist.vy, "z": 0.0 },
-        "angular": { "x": 0.0, "y": 0.0, "z": twist.wz },
-    })
+impl TryFrom<ros::Odometry> for Twist {
+    type Error = RosError;
+
+    fn try_from(odometry: ros::Odometry) -> Result<Self, RosError> {
+        odometry.twist.twist.try_into()
+    }
 }
 
-fn odometry_json(odometry: &Odometry) -> Value {
-    let Odometry { stamp, pose, pose_covariance: p, measured, measured_variance: v, .. } = odometry;
+fn header(at_ns: u64, frame: &str) -> Header {
+    Header { stamp: Time::from_nanoseconds(at_ns), frame_id: frame.into() }
+}
+
+fn vector(x: f32, y: f32, z: f32) -> Vector3 {
+    Vector3 { x: x.into(), y: y.into(), z: z.into() }
+}
+
+fn twist(twist: &Twist) -> ros::Twist {
+    ros::Twist {
+        linear: vector(twist.vx.get(), twist.vy.get(), 0.0),
+        angular: vector(0.0, 0.0, twist.wz.get()),
+    }
+}
+
+/// Rows and columns: x, y, z, and turns about them. What does not move is known to stand still.
+fn covariance(plane: [[f32; 3]; 3]) -> ros::Covariance {
+    const AXES: [usize; 3] = [0, 1, 5];
+    let mut whole = ros::Covariance::default();
+    for (row, values) in AXES.into_iter().zip(plane) {
+        for (column, value) in AXES.into_iter().zip(values) {
+            whole[row][column] = value.into();
+        }
+    }
+    whole
+}
+
+fn odometry(at_ns: u64, odometry: &Odometry) -> ros::Odometry {
+    let Odometry { pose, pose_covariance: p, measured, measured_variance: v, .. } = odometry;
     let (sin, cos) = (f64::from(pose.yaw.get()) / 2.0).sin_cos();
-    // Rows and columns: x, y, z, and turns about them. What does not move is known to stand still.
-    let covariance = |rows: [[f32; 3]; 3]| {
-        let plane = |index: usize| [0, 1, 5].iter().position(|&axis| axis == index);
-        let at = |cell: usize| match (plane(cell / 6), plane(cell % 6)) {
-            (Some(row), Some(column)) => rows[row][column],
-            _ => 0.0,
-        };
-        (0..36).map(at).collect::<Vec<_>>()
-    };
     let (xy, xyaw, yyaw) = (p.xy.get(), p.xyaw.get(), p.yyaw.get());
-    json!({
-        "header": {
-            "stamp": { "sec": stamp.0 / 1_000, "nsec": stamp.0 % 1_000 * 1_000_000 },
-            "frame_id": "odom",
-        },
-        "child_frame_id": "base_link",
-        "pose": {
-            "pose": {
-                "position": { "x": pose.x, "y": pose.y, "z": 0.0 },
-                "orientation": { "x": 0.0, "y": 0.0, "z": sin, "w": cos },
+    ros::Odometry {
+        header: header(at_ns, "odom"),
+        child_frame_id: "base_link".into(),
+        pose: ros::PoseWithCovariance {
+            pose: ros::Pose {
+                position: vector(pose.x.get(), pose.y.get(), 0.0),
+                orientation: ros::Quaternion { x: 0.0, y: 0.0, z: sin, w: cos },
             },
-            "covariance": covariance([
+            covariance: covariance([
                 [p.xx.get(), xy, xyaw],
                 [xy, p.yy.get(), yyaw],
                 [xyaw, yyaw, p.yawyaw.get()],
             ]),
         },
-        "twist": {
-            "twist": twist_json(measured),
-            "covariance": covariance([
-                [v.vx.get(), 0.0, 0.0],
-                [0.0, v.vy.get(), 0.0],
-                [0.0, 0.0, v.wz.get()],
-            ]),
+        twist: ros::TwistWithCovariance {
+            twist: twist(measured),
+            covariance: covariance([[v.vx.get(), 0.0, 0.0], [0.0, v.vy.get(), 0.0], [0.0, 0.0, v.wz.get()]]),
         },
-    })
+    }
 }
 
-fn state_json(state: &ChassisState) -> Value {
-    let faults: Vec<_> = state.faults.iter().map(|&fault| super::words::fault(fault)).collect();
-    json!({
-        "mode": state.mode,
-        "stop": state.stop,
-        "faults": faults,
-        "battery": state.battery,
-        "discarded": state.discarded,
-    })
+fn transform(odometry: &ros::Odometry) -> ros::TfMessage {
+    let ros::Pose { position, orientation } = odometry.pose.pose.clone();
+    ros::TfMessage {
+        transforms: vec![ros::TransformStamped {
+            header: odometry.header.clone(),
+            child_frame_id: odometry.child_frame_id.clone(),
+            transform: ros::Transform { translation: position, rotation: orientation },
+        }],
+    }
 }
 
-fn object<const N: usize>(properties: [(&str, Value); N]) -> Value {
-    json!({ "type": "object", "properties": properties.into_iter().collect::<BTreeMap<_, _>>() })
+fn diagnostics(at_ns: u64, state: &ChassisState) -> ros::DiagnosticArray {
+    let value = |key: &str, value: String| ros::KeyValue { key: key.into(), value };
+    let mut values = vec![value("damaged frames", state.discarded.to_string())];
+    values.extend(state.faults.iter().map(|&fault| value("fault", words::fault(fault))));
+    if let Some(battery) = state.battery {
+        values.push(value("battery voltage (V)", battery.voltage.get().to_string()));
+        values.push(value("battery current (A)", battery.current.get().to_string()));
+        values.push(value("battery energy (J)", battery.energy.get().to_string()));
+    }
+    ros::DiagnosticArray {
+        header: header(at_ns, ""),
+        status: vec![ros::DiagnosticStatus {
+            level: state.faults.iter().map(level).max().unwrap_or(0),
+            name: "chassis".into(),
+            message: words::standing(state),
+            hardware_id: String::new(),
+            values,
+        }],
+    }
 }
 
-fn numbers<const N: usize>(names: [&str; N]) -> Value {
-    object(names.map(|name| (name, json!({ "type": "number" }))))
-}
-
-fn twist_schema() -> Value {
-    object([("linear", numbers(["x", "y", "z"])), ("angular", numbers(["x", "y", "z"]))])
-}
-
-fn odometry_schema() -> Value {
-    let text = || json!({ "type": "string" });
-    let covariance = || json!({ "type": "array", "items": { "type": "number" } });
-    let whole = || json!({ "type": "integer" });
-    let stamp = object([("sec", whole()), ("nsec", whole())]);
-    let pose =
-        object([("position", numbers(["x", "y", "z"])), ("orientation", numbers(["x", "y", "z", "w"]))]);
-    object([
-        ("header", object([("stamp", stamp), ("frame_id", text())])),
-        ("child_frame_id", text()),
-        ("pose", object([("pose", pose), ("covariance", covariance())])),
-        ("twist", object([("twist", twist_schema()), ("covariance", covariance())])),
-    ])
-}
-
-fn state_schema() -> Value {
-    object([
-        ("mode", json!({ "type": "string" })),
-        ("stop", json!({ "type": ["string", "null"] })),
-        ("faults", json!({ "type": "array", "items": { "type": "string" } })),
-        ("battery", numbers(["voltage", "current", "energy"])),
-        ("discarded", json!({ "type": "integer" })),
-    ])
+/// What stops the chassis is an error (2), what does not a warning (1).
+fn level(fault: &ChassisFault) -> u8 {
+    match fault {
+        ChassisFault::Driver { .. } | ChassisFault::EncoderStuck { .. } | ChassisFault::Stalled { .. } => 2,
+        ChassisFault::Slipping | ChassisFault::GyroSilent | ChassisFault::BatterySilent => 1,
+    }
 }

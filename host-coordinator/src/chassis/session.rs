@@ -34,8 +34,11 @@ pub enum Goal {
         /// For how long.
         duration: Option<DurationMs>,
     },
-    /// Ramp to a stop.
-    Stop,
+    /// Ramp to a stop, or brake at once and stay braked until a release.
+    Stop {
+        /// At once.
+        emergency: bool,
+    },
     /// End a held stop.
     Release,
     /// Listen until interrupted.
@@ -96,7 +99,7 @@ enum Phase {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Ask {
-    Stop,
+    Stop { emergency: bool },
     Release,
 }
 
@@ -110,7 +113,7 @@ pub struct Session {
     heard_at: Millis,
     greeted_at: Option<Millis>,
     noise: Option<FrameError>,
-    /// The newest command's number; 0 is none.
+    /// The newest command's number, or the one before the first.
     newest: u32,
     sent_at: Option<Millis>,
     /// Since when commands go unanswered.
@@ -134,7 +137,7 @@ impl Session {
             heard_at: Millis(0),
             greeted_at: None,
             noise: None,
-            newest: 0,
+            newest: first_number(wall_at_zero),
             sent_at: None,
             unanswered_since: None,
             done: 0,
@@ -171,7 +174,7 @@ impl Session {
     /// Whether the chassis may be in motion on this session's behalf.
     #[must_use]
     pub const fn is_moving(&self) -> bool {
-        matches!(self.phase, Phase::Driving { .. } | Phase::Asking(Ask::Stop) | Phase::Halting { .. })
+        matches!(self.phase, Phase::Driving { .. } | Phase::Asking(Ask::Stop { .. }) | Phase::Halting { .. })
     }
 
     /// Whose chassis it is, once that is known.
@@ -203,7 +206,7 @@ impl Session {
     fn interrupt(&mut self) {
         match self.phase {
             Phase::Seeking | Phase::Listening => self.phase = Phase::Done,
-            Phase::Driving { .. } => self.ask(Ask::Stop),
+            Phase::Driving { .. } => self.ask(Ask::Stop { emergency: false }),
             // They end by themselves, and soon.
             Phase::Asking(_) | Phase::Halting { .. } | Phase::Done => {}
         }
@@ -260,7 +263,7 @@ impl Session {
             Goal::Drive { duration, .. } => {
                 self.phase = Phase::Driving { until: duration.map(|duration| now.after(duration)) };
             }
-            Goal::Stop => self.ask(Ask::Stop),
+            Goal::Stop { emergency } => self.ask(Ask::Stop { emergency }),
             Goal::Release => self.ask(Ask::Release),
             Goal::Listen => self.phase = Phase::Listening,
         }
@@ -288,7 +291,7 @@ impl Session {
         }
         self.done = self.done.saturating_add(1);
         match self.phase {
-            Phase::Asking(Ask::Stop) => self.phase = Phase::Halting { since: now },
+            Phase::Asking(Ask::Stop { .. }) => self.phase = Phase::Halting { since: now },
             Phase::Asking(Ask::Release) => self.phase = Phase::Done,
             _ => {}
         }
@@ -299,7 +302,7 @@ impl Session {
             Phase::Driving { .. } => "drive like this",
             // Of a drive that crossed the stop on the way there is nothing to say.
             Phase::Asking(_) if of != Reference::Command(CommandId(self.newest)) => return Ok(()),
-            Phase::Asking(Ask::Stop) => "stop",
+            Phase::Asking(Ask::Stop { .. }) => "stop",
             Phase::Asking(Ask::Release) => "release its stop",
             Phase::Seeking | Phase::Listening | Phase::Halting { .. } | Phase::Done => return Ok(()),
         };
@@ -330,7 +333,7 @@ impl Session {
         if let Phase::Driving { until: Some(until) } = self.phase
             && now >= until
         {
-            self.ask(Ask::Stop);
+            self.ask(Ask::Stop { emergency: false });
         }
         let message = match (self.phase, self.goal) {
             (Phase::Driving { .. }, Goal::Drive { twist, .. }) => {
@@ -344,7 +347,7 @@ impl Session {
             (Phase::Asking(ask), _) if is_due(now, self.sent_at, REPEAT) => {
                 let command = CommandId(self.newest);
                 match ask {
-                    Ask::Stop => Message::Stop(Stop { command, emergency: false }),
+                    Ask::Stop { emergency } => Message::Stop(Stop { command, emergency }),
                     Ask::Release => Message::Release(Release { command }),
                 }
             }
@@ -358,6 +361,13 @@ impl Session {
 
 fn is_due(now: Millis, last: Option<Millis>, interval: DurationMs) -> bool {
     last.is_none_or(|last| now.since(last) >= interval)
+}
+
+/// What a session's commands are counted from. A chassis tells sessions apart by the second of their
+/// start and takes no lower number than the last: one that begins later in the same second, as a
+/// stop after a drive, has to count on. None sends 1000 commands in a millisecond.
+fn first_number(wall_at_zero: SiteMillis) -> u32 {
+    (wall_at_zero.0 % 1_000) as u32 * 1_000
 }
 
 #[cfg(test)]

@@ -104,6 +104,30 @@ fn a_stop_is_repeated_under_one_number_and_over_when_the_chassis_is_braked() {
 }
 
 #[test]
+fn an_emergency_stop_is_the_first_thing_that_is_said_and_is_repeated_as_one() {
+    let mut session = Session::new(Goal::Stop { emergency: true }, SiteMillis(1_000_000));
+    let stops: Vec<_> = (0..50)
+        .flat_map(|tick| session.step(Millis(tick * 10), report()).unwrap().send)
+        .filter_map(|message| if let Message::Stop(stop) = message { Some(stop) } else { None })
+        .collect();
+    assert_eq!(stops, [Stop { command: CommandId(1), emergency: true }; 5]);
+}
+
+#[test]
+fn a_session_counts_on_from_one_that_began_earlier_in_the_same_second() {
+    let first_command = |wall| {
+        let mut session = Session::new(Goal::Release, SiteMillis(wall));
+        match session.step(Millis(0), report()).unwrap().send[..] {
+            [Message::Release(release), ..] | [_, Message::Release(release), ..] => release.command,
+            ref other => panic!("{other:?}"),
+        }
+    };
+    // A drive of almost a second sends 20 commands, and repeats none.
+    assert!(first_command(1_000_001).0 > first_command(1_000_000).0 + 20);
+    assert!(first_command(1_000_999) > first_command(1_000_001));
+}
+
+#[test]
 fn a_way_is_told_in_the_axes_of_its_start() {
     let mut first = odometry();
     first.pose.yaw = AngleRad::clamped(std::f32::consts::FRAC_PI_2);

@@ -60,6 +60,17 @@ pub fn fault(fault: ChassisFault) -> String {
     }
 }
 
+/// What it does, and why it does not drive.
+#[must_use]
+pub fn standing(state: &ChassisState) -> String {
+    let mode = match state.mode {
+        ChassisMode::Braked => "braked",
+        ChassisMode::Driving => "driving",
+        ChassisMode::Stopping => "stopping",
+    };
+    state.stop.map_or_else(|| mode.into(), |reason| format!("{mode} because {}", stop(reason)))
+}
+
 /// A status line.
 #[must_use]
 pub fn status(odometry: &Odometry, state: Option<&ChassisState>) -> String {
@@ -74,12 +85,7 @@ pub fn status(odometry: &Odometry, state: Option<&ChassisState>) -> String {
         p.yaw.get()
     );
     if let Some(state) = state {
-        line += match state.mode {
-            ChassisMode::Braked => "  braked",
-            ChassisMode::Driving => "  driving",
-            ChassisMode::Stopping => "  stopping",
-        };
-        line.extend(state.stop.map(|reason| format!(" because {}", stop(reason))));
+        line += &format!("  {}", standing(state));
         line.extend(state.battery.map(|battery| {
             format!(
                 "  {:.1} V {:.1} A {:.0} kJ",

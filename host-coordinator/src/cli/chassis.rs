@@ -19,13 +19,12 @@ use host_coordinator::{
         words,
     },
     line::Address,
-    simulate::duration::SimulatedTime,
 };
 use protocol::{BootEpoch, Odometry, SiteMillis, SpeedMps, TurnRateRadps, Twist};
 use serde_json::json;
 use tokio::runtime;
 
-use super::{Outcome, out, out_json, stop::stop_signal};
+use super::{Outcome, out, out_json, span::TimeSpan, stop::stop_signal};
 
 /// Drive, watch and record a robot's chassis, in place of the robot's own computer
 #[derive(clap::Args)]
@@ -45,7 +44,7 @@ pub struct Chassis {
 
 #[derive(clap::Subcommand)]
 enum Act {
-    /// Drive for a time or until Ctrl-C, then stop
+    /// Drive for a time or until Ctrl-C, then ramp to a stop
     Drive {
         /// Forward, in m/s
         #[arg(long, default_value = "0", allow_hyphen_values = true, value_parser = speed)]
@@ -58,13 +57,17 @@ enum Act {
         wz: TurnRateRadps,
         /// For how long, such as 2s or 1.5m
         #[arg(long = "for", value_name = "TIME")]
-        duration: Option<SimulatedTime>,
+        duration: Option<TimeSpan>,
         /// Record the drive
         #[arg(long, value_name = "FILE")]
         record: Option<PathBuf>,
     },
     /// Ramp to a stop
-    Stop,
+    Stop {
+        /// Brake at once, and stay braked until `release`
+        #[arg(long)]
+        emergency: bool,
+    },
     /// End a stop that is held after a fault or an emergency
     Release,
     /// Show how it moves, until Ctrl-C
@@ -93,7 +96,7 @@ impl Chassis {
                 twist: Twist { vx: *vx, vy: *vy, wz: *wz },
                 duration: duration.map(|time| time.0),
             },
-            Act::Stop => Goal::Stop,
+            Act::Stop { emergency } => Goal::Stop { emergency: *emergency },
             Act::Release => Goal::Release,
             Act::Watch | Act::Record { .. } => Goal::Listen,
         };
@@ -189,7 +192,10 @@ fn told(goal: Goal, report: &Report) -> String {
             moved.y_m,
             moved.yaw_rad,
         ),
-        Goal::Stop => format!("robot {robot} is braked because {because}"),
+        Goal::Stop { emergency: false } => format!("robot {robot} is braked because {because}"),
+        Goal::Stop { emergency: true } => {
+            format!("robot {robot} is braked because {because}, and stays so until `release`")
+        }
         Goal::Release => format!("robot {robot} is released and waits for a command"),
         Goal::Listen => format!(
             "robot {robot} moved {:.3} m forward, {:.3} m left and turned {:.3} rad",

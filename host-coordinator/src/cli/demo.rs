@@ -8,16 +8,13 @@ use std::{
 use clap::Args;
 use host_coordinator::{
     config::Listen,
-    simulate::{
-        demo::{Demo as Site, Options, Progress},
-        duration::SimulatedTime,
-    },
+    simulate::demo::{Demo as Site, Options, Progress},
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use protocol::{Activity, DurationMs, Millis};
 use tokio::runtime::Runtime;
 
-use super::{Outcome, out, out_json, stop::stop_signal};
+use super::{Outcome, out, out_json, span::TimeSpan, stop::stop_signal};
 
 /// Where no progress bar can be shown, a line is printed after this much simulated time.
 const LINE_EVERY: DurationMs = DurationMs(300_000);
@@ -30,7 +27,7 @@ pub struct Demo {
     speed: f64,
     /// End after this simulated time, such as 90s, 30m or 2h [default: at Ctrl-C]
     #[arg(long, value_name = "TIME")]
-    duration: Option<SimulatedTime>,
+    duration: Option<TimeSpan>,
     /// Another number gives other robots
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -57,7 +54,7 @@ impl Demo {
             }
             say(&format!("dashboard: http://{dashboard}"));
         }
-        let end = duration.map(|SimulatedTime(duration)| Millis(duration.0.into()));
+        let end = duration.map(|TimeSpan(duration)| Millis(duration.0.into()));
         say("running; Ctrl-C ends it with a report");
 
         let begun = Instant::now();

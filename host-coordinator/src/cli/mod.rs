@@ -16,6 +16,7 @@ mod provision;
 mod reproduce;
 mod run;
 mod select;
+mod span;
 mod stop;
 mod table;
 

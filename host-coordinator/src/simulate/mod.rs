@@ -22,11 +22,9 @@
 //! | [`auditor`] | watches from outside that no pile has two holders |
 //! | [`report`] | what a run comes to |
 //! | [`demo`] | the coordinator, the site and the clock they live by, in one process |
-//! | [`duration`] | lengths of time as people write them |
 
 pub mod auditor;
 pub mod demo;
-pub mod duration;
 pub mod fleet;
 pub mod ground;
 pub mod link;

@@ -1,4 +1,4 @@
-//! Lengths of time as people write them.
+//! Lengths of time as people write them on the command line.
 
 use std::str::FromStr;
 
@@ -6,14 +6,14 @@ use protocol::DurationMs;
 
 /// A length of time such as `90s`, `30m` or `2h`; more than 0, up to 30 days.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SimulatedTime(pub DurationMs);
+pub struct TimeSpan(pub DurationMs);
 
 /// The text is no length of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("write a number and a unit such as 90s, 30m or 2h, more than 0 and up to 720h")]
 pub struct NotATime;
 
-impl FromStr for SimulatedTime {
+impl FromStr for TimeSpan {
     type Err = NotATime;
 
     fn from_str(text: &str) -> Result<Self, NotATime> {
@@ -41,14 +41,14 @@ mod tests {
     #[test]
     fn seconds_minutes_and_hours_are_read() {
         for (text, millis) in [("90s", 90_000), ("30m", 1_800_000), ("2h", 7_200_000), ("1.5m", 90_000)] {
-            assert_eq!(text.parse(), Ok(SimulatedTime(DurationMs(millis))), "{text}");
+            assert_eq!(text.parse(), Ok(TimeSpan(DurationMs(millis))), "{text}");
         }
     }
 
     #[test]
     fn anything_else_is_refused() {
         for text in ["", "s", "30", "30 minutes", "-1s", "0h", "nans", "infh", "721h", "1d", "1é"] {
-            assert_eq!(text.parse::<SimulatedTime>(), Err(NotATime), "{text}");
+            assert_eq!(text.parse::<TimeSpan>(), Err(NotATime), "{text}");
         }
     }
 }
