@@ -125,7 +125,7 @@ proptest! {
             noise ^= noise << 5;
             fill.unwrap_or(noise.to_le_bytes()[2])
         });
-        let flash = Flash::holding(bytes.collect());
+        let flash = Flash::left_with(bytes.collect());
         let (_, kept) = load(&flash).unwrap();
         prop_assert_eq!(kept, Kept { boot: BootEpoch(1), ..Kept::default() });
     }
