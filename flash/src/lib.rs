@@ -2,9 +2,9 @@
 //!
 //! | module | one idea |
 //! |---|---|
-//! | [`chip`] | the STM32F407VG's memories and flash sectors, as probe-rs knows them |
+//! | [`mod@chip`] | the STM32F407VG's memories and flash sectors, as probe-rs knows them |
 //! | [`image`] | an ELF file: what is loaded where, and the store's place |
-//! | [`check`] | whether the image can start, stays in its memories, and leaves the store alone |
+//! | [`mod@check`] | whether the image can start, stays in its memories, and leaves the store alone |
 //! | [`probe`] | onto the board |
 
 pub mod check;

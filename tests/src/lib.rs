@@ -2,4 +2,5 @@
 
 pub mod chassis_bench;
 pub mod emulator;
+pub mod labwired;
 pub mod uhf_reader;

@@ -34,11 +34,10 @@ pub fn compile_one(toolchain: &Toolchain, package: &str, board: &str) -> Result<
 /// Clippy on what only exists on the ARM core; where rustup's clippy has no library for it, the
 /// compiler's own warnings.
 pub fn lints(toolchain: &Toolchain) -> impl Iterator<Item = Command> {
-    IMAGES.into_iter().map(|(package, board)| match toolchain {
-        Toolchain::Rustup => {
+    IMAGES.into_iter().map(|(package, board)| {
+        if toolchain.has_clippy() {
             cargo(toolchain, "clippy --quiet --no-deps", package, board).words("-- -D warnings")
-        }
-        Toolchain::Debian { .. } => {
+        } else {
             cargo(toolchain, "check --quiet", package, board).variable("RUSTFLAGS", "-D warnings")
         }
     })

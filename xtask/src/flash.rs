@@ -16,6 +16,14 @@ pub enum Board {
 }
 
 impl Board {
+    /// What it is called on a command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pile => "pile",
+            Self::Chassis => "chassis",
+        }
+    }
+
     /// The package with its images.
     pub const fn package(self) -> &'static str {
         match self {

@@ -12,6 +12,7 @@ mod command;
 mod firmware;
 mod flash;
 mod fuzz;
+mod labwired;
 mod setup;
 mod size;
 mod test;
@@ -24,6 +25,7 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 use command::Failure;
 use flash::Board;
+use toolchain::TARGET;
 
 /// Sets up a machine, builds the boards' images, tests everything.
 #[derive(Parser)]
@@ -35,7 +37,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Installs what is missing: the ARM target, QEMU, a C++ compiler.
+    /// Installs what is missing: the ARM targets, QEMU, LabWired, a C++ compiler.
     Setup,
     /// Runs every check and every test, the quick ones first.
     Test,
@@ -51,6 +53,11 @@ enum Task {
         /// Only check it.
         #[arg(long)]
         dry_run: bool,
+    },
+    /// Boots the image of a board that is flashed in LabWired, and prints how long it takes to its Hello.
+    Boot {
+        /// Which.
+        board: Board,
     },
     /// Measures an image: what the chassis' control ticks or the pile's frames cost, and memory.
     Bench {
@@ -93,13 +100,14 @@ enum Image {
 
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
-        Task::Setup => setup::all().map(|_| println!("setup: all is there")),
+        Task::Setup => setup::all().and_then(|_| labwired::set_up()).map(|_| println!("setup: all is there")),
         Task::Test => test::all(),
-        Task::Firmware => setup::arm_toolchain().and_then(|toolchain| firmware::build(&toolchain)),
+        Task::Firmware => setup::arm_toolchain(TARGET).and_then(|toolchain| firmware::build(&toolchain)),
         Task::Size => size::print(),
         Task::Flash { board, dry_run } => {
-            setup::arm_toolchain().and_then(|toolchain| flash::flash(&toolchain, board, dry_run))
+            setup::arm_toolchain(TARGET).and_then(|toolchain| flash::flash(&toolchain, board, dry_run))
         }
+        Task::Boot { board } => labwired::boot(board),
         Task::Bench { image: Image::Chassis, json } => bench::chassis(json),
         Task::Bench { image: Image::Pile, json } => bench::pile(json),
         Task::Fuzz { seconds, keep, json } => fuzz::run(seconds, keep, json),

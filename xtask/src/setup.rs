@@ -24,7 +24,7 @@ const PACKAGE_MANAGERS: [(&str, &str, &str); 5] = [
 
 /// Everything; returns the compiler for the ARM core.
 pub fn all() -> Result<Toolchain, Failure> {
-    let toolchain = arm_toolchain()?;
+    let toolchain = arm_toolchain(TARGET)?;
     qemu()?;
     cpp()?;
     Ok(toolchain)
@@ -49,32 +49,32 @@ pub fn cpp() -> Result<(), Failure> {
     })
 }
 
-/// The compiler for the ARM core, installed if necessary.
-pub fn arm_toolchain() -> Result<Toolchain, Failure> {
-    if let Some(toolchain) = Toolchain::find()? {
+/// The compiler for an ARM core, installed if necessary.
+pub fn arm_toolchain(target: &'static str) -> Result<Toolchain, Failure> {
+    if let Some(toolchain) = Toolchain::find(target)? {
         return Ok(toolchain);
     }
-    eprintln!("setup: adding the Rust target {TARGET}");
-    let rustup = Command::new("rustup").words("target add").words(TARGET).run();
-    if let Some(toolchain) = Toolchain::find()? {
+    eprintln!("setup: adding the Rust target {target}");
+    let rustup = Command::new("rustup").words("target add").words(target).run();
+    if let Some(toolchain) = Toolchain::find(target)? {
         return Ok(toolchain);
     }
     let cause = rustup.err().map_or_else(
-        || format!("rustup added {TARGET} to another toolchain than the one in use"),
+        || format!("rustup added {target} to another toolchain than the one in use"),
         |failure| failure.to_string(),
     );
     eprintln!("setup: {cause}; using Debian's compiler instead");
-    let next = format!("give rustup access to its server and run `rustup target add {TARGET}`");
+    let next = format!("give rustup access to its server and run `rustup target add {target}`");
     if let Err(failure) = apt::update().and_then(|()| apt::install(&DEBIAN_PACKAGES, None)) {
         return Err(Failure::new(
-            format!("the Rust target {TARGET} cannot be had, nor Debian's compiler instead of it: {failure}"),
+            format!("the Rust target {target} cannot be had, nor Debian's compiler instead of it: {failure}"),
             next,
         ));
     }
-    Toolchain::find()?.ok_or_else(|| {
+    Toolchain::find(target)?.ok_or_else(|| {
         Failure::new(
             format!(
-                "the Rust target {TARGET} cannot be had, and Debian's rustc-web is older than {} or rustup's \
+                "the Rust target {target} cannot be had, and Debian's rustc-web is older than {} or rustup's \
                  rust-lld is missing",
                 env!("CARGO_PKG_RUST_VERSION")
             ),

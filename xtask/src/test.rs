@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::command::{Command, Failure, cargo};
-use crate::{firmware, fuzz, setup};
+use crate::{firmware, fuzz, labwired, setup};
 
 /// The steps that ran, and how long each took.
 #[derive(Default)]
@@ -24,6 +24,8 @@ fn run(steps: &mut Steps) -> Result<(), Failure> {
     steps.commands("rustfmt", [cargo("fmt --all --check"), fuzz])?;
     let toolchain = steps.step("setup", "cargo xtask setup", setup::all)?;
     steps.step("firmware", "cargo xtask firmware", || firmware::build(&toolchain))?;
+    let soft_float = steps.step("LabWired setup", "cargo xtask setup", labwired::set_up)?;
+    steps.step("LabWired images", "cargo xtask boot", || labwired::compile(&soft_float))?;
     steps.commands("firmware lints", firmware::lints(&toolchain))?;
     steps.commands("clippy", [cargo("clippy --quiet --workspace --all-targets -- -D warnings")])?;
     let documentation = cargo("doc --quiet --workspace --no-deps").variable("RUSTDOCFLAGS", "-D warnings");

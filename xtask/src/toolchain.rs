@@ -10,13 +10,21 @@ use crate::command::{Command, Failure, cargo};
 
 /// The Cortex-M4F of the STM32F407.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
+/// The same core without its FPU.
+pub const SOFT_FLOAT: &str = "thumbv7em-none-eabi";
 
 /// Debian's packages of a recent compiler, its cargo and its library's sources.
 pub const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
 
 /// What compiles for the ARM core.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Toolchain {
+pub struct Toolchain {
+    target: &'static str,
+    compiler: Compiler,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Compiler {
     /// Rustup's toolchain has the target.
     Rustup,
     /// Debian's compiler builds `core` first and links with this linker.
@@ -27,31 +35,42 @@ pub enum Toolchain {
 }
 
 impl Toolchain {
-    /// The toolchain that is ready to use, if there is one.
-    pub fn find() -> Result<Option<Self>, Failure> {
+    /// The toolchain for `target` that is ready to use, if there is one.
+    pub fn find(target: &'static str) -> Result<Option<Self>, Failure> {
         let sysroot = sysroot()?;
-        if library(&sysroot, TARGET).join("lib").is_dir() {
-            return Ok(Some(Self::Rustup));
+        if library(&sysroot, target).join("lib").is_dir() {
+            return Ok(Some(Self { target, compiler: Compiler::Rustup }));
         }
         let linker = linker(&sysroot)?;
-        Ok((linker.is_file() && debian_is_ready()).then_some(Self::Debian { linker }))
+        let is_ready = linker.is_file() && debian_is_ready();
+        Ok(is_ready.then_some(Self { target, compiler: Compiler::Debian { linker } }))
     }
 
-    /// `cargo arguments`, for the ARM core.
+    /// Whether rustup's clippy has a library for the target.
+    pub const fn has_clippy(&self) -> bool {
+        matches!(self.compiler, Compiler::Rustup)
+    }
+
+    /// `cargo arguments`, for the target.
     pub fn cargo(&self, arguments: &str) -> Command {
-        match self {
-            Self::Rustup => cargo(arguments).words("--target").words(TARGET),
-            Self::Debian { linker } => Command::new("/usr/bin/cargo")
+        match &self.compiler {
+            Compiler::Rustup => cargo(arguments).words("--target").words(self.target),
+            Compiler::Debian { linker } => Command::new("/usr/bin/cargo")
                 .words(arguments)
                 .words("-Zbuild-std=core,alloc --target")
-                .words(TARGET)
+                .words(self.target)
                 .variable("RUSTC", "/usr/bin/rustc")
                 .variable("RUSTDOC", "/usr/bin/rustdoc")
                 // Building the library is an unstable feature of a stable compiler.
                 .variable("RUSTC_BOOTSTRAP", "1")
-                .variable("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker.to_string_lossy()),
+                .variable(&linker_variable(self.target), linker.to_string_lossy()),
         }
     }
+}
+
+/// What cargo asks for the linker for `target`.
+fn linker_variable(target: &str) -> String {
+    format!("CARGO_TARGET_{}_LINKER", target.to_uppercase().replace('-', "_"))
 }
 
 /// Debian's compiler is installed, with its sources, and new enough for this workspace.
@@ -99,7 +118,8 @@ mod tests {
 
     #[test]
     fn the_fallback_builds_core_and_links_with_rustups_linker() {
-        let toolchain = Toolchain::Debian { linker: "/toolchain/rust-lld".into() };
+        let compiler = Compiler::Debian { linker: "/toolchain/rust-lld".into() };
+        let toolchain = Toolchain { target: TARGET, compiler };
         assert_eq!(
             toolchain.cargo("build").to_string(),
             "RUSTC=/usr/bin/rustc RUSTDOC=/usr/bin/rustdoc RUSTC_BOOTSTRAP=1 \
