@@ -4,9 +4,8 @@
 //! All times are the chassis' own, by the stamps of its odometry: a busy machine makes a run slower
 //! and changes nothing else.
 
-use std::io::{self, BufRead, BufReader, ErrorKind, Read, Write};
-use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
-use std::thread;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use protocol::{
@@ -15,6 +14,7 @@ use protocol::{
     SiteMillis, SpeedMps, Stop, TimeSync, TurnRateRadps, Twist,
 };
 
+use crate::board_line::{Awaited, PATIENCE, TestBench};
 use crate::emulator::{Emulator, Pace, Serial};
 use crate::uhf_reader::UhfReader;
 
@@ -24,8 +24,6 @@ pub const ROBOT: RobotId = RobotId(1);
 const DRIVE_INTERVAL: DurationMs = DurationMs(50);
 /// The longest time to live that the chassis accepts.
 const TTL: DurationMs = DurationMs(1_000);
-/// Nothing that is waited for takes longer, on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A chassis with everything that is wired to it.
 pub struct ChassisBench {
@@ -38,7 +36,7 @@ pub struct ChassisBench {
     /// The states it has reported.
     pub states: Vec<ChassisState>,
     link: TcpStream,
-    bench: BufReader<TcpStream>,
+    bench: TestBench,
     deframer: Deframer,
     sessions: Sessions,
     command: u32,
@@ -91,19 +89,13 @@ impl ChassisBench {
     /// # Errors
     /// What is missing, and how to get it.
     pub fn boot_at(pace: Pace) -> io::Result<Self> {
-        let (link, bench) = (listener()?, listener()?);
+        let (link, bench) = (Awaited::new()?, Awaited::new()?);
         let reader = UhfReader::start()?;
-        let dial = |address: SocketAddr| Serial::Dial(address);
-        let board = Emulator::boot_chassis(
-            dial(link.local_addr()?),
-            dial(reader.address()),
-            dial(bench.local_addr()?),
-            pace,
-        )
-        .map_err(io::Error::other)?;
-        let (link, bench) = (accept(&link)?, BufReader::new(accept(&bench)?));
+        let at_reader = Serial::Dial(reader.address());
+        let board = Emulator::boot_chassis(link.serial()?, at_reader, bench.serial()?, pace)
+            .map_err(io::Error::other)?;
+        let (link, bench) = (link.accept()?, TestBench::new(bench.accept()?)?);
         link.set_read_timeout(Some(Duration::from_millis(100)))?;
-        bench.get_ref().set_read_timeout(Some(PATIENCE))?;
         let mut this = Self {
             board,
             reader,
@@ -222,11 +214,8 @@ impl ChassisBench {
     /// # Errors
     /// If the test bench does not answer.
     pub fn truth(&mut self) -> io::Result<Truth> {
-        let line = self.bench_line("truth")?;
-        match numbers::<f32>(&line)[..] {
-            [x, y, yaw, vx, vy, wz] => Ok(Truth { pose: [x, y, yaw], velocity: [vx, vy, wz] }),
-            _ => Err(io::Error::other(line)),
-        }
+        let [x, y, yaw, vx, vy, wz] = self.bench.numbers("truth")?;
+        Ok(Truth { pose: [x, y, yaw], velocity: [vx, vy, wz] })
     }
 
     /// What control ticks have cost since this was asked last.
@@ -234,11 +223,8 @@ impl ChassisBench {
     /// # Errors
     /// If the test bench does not answer.
     pub fn costs(&mut self) -> io::Result<Costs> {
-        let line = self.bench_line("cost")?;
-        match numbers::<u32>(&line)[..] {
-            [ticks, median, worst, stack] => Ok(Costs { ticks, median, worst, stack }),
-            _ => Err(io::Error::other(line)),
-        }
+        let [ticks, median, worst, stack] = self.bench.numbers("cost")?;
+        Ok(Costs { ticks, median, worst, stack })
     }
 
     /// Breaks or mends something: see the image's test bench for the words.
@@ -246,10 +232,7 @@ impl ChassisBench {
     /// # Errors
     /// If it does not know them.
     pub fn order(&mut self, words: &str) -> io::Result<()> {
-        match self.bench_line(words)?.trim() {
-            "ok" => Ok(()),
-            answer => Err(io::Error::other(format!("the bench answers {answer:?} to {words:?}"))),
-        }
+        self.bench.order(words)
     }
 
     /// Makes a task of the chassis hang.
@@ -257,7 +240,7 @@ impl ChassisBench {
     /// # Errors
     /// If the test bench is gone.
     pub fn hang(&mut self) -> io::Result<()> {
-        self.bench.get_mut().write_all(b"hang\n")
+        self.bench.hang()
     }
 
     /// The bytes of a message in its frame, to be damaged.
@@ -285,13 +268,6 @@ impl ChassisBench {
     fn say(&mut self, message: Message) -> io::Result<()> {
         let frame = self.frame(message)?;
         self.transmit(&frame)
-    }
-
-    fn bench_line(&mut self, words: &str) -> io::Result<String> {
-        self.bench.get_mut().write_all(format!("{words}\n").as_bytes())?;
-        let mut line = String::new();
-        self.bench.read_line(&mut line)?;
-        Ok(line)
     }
 
     fn receive_until(&mut self, what: &str, done: impl Fn(&Self) -> bool) -> io::Result<()> {
@@ -349,31 +325,5 @@ impl ChassisBench {
             }
         }
         Ok(())
-    }
-}
-
-fn numbers<T: std::str::FromStr>(line: &str) -> Vec<T> {
-    line.split_whitespace().skip(1).filter_map(|word| word.parse().ok()).collect()
-}
-
-fn listener() -> io::Result<TcpListener> {
-    TcpListener::bind((Ipv4Addr::LOCALHOST, 0))
-}
-
-/// The board's connection; it calls as soon as QEMU runs.
-fn accept(listener: &TcpListener) -> io::Result<TcpStream> {
-    listener.set_nonblocking(true)?;
-    let deadline = Instant::now() + PATIENCE;
-    loop {
-        match listener.accept() {
-            Ok((stream, _)) => {
-                stream.set_nonblocking(false)?;
-                return Ok(stream);
-            }
-            Err(error) if error.kind() == ErrorKind::WouldBlock && Instant::now() < deadline => {
-                thread::sleep(Duration::from_millis(10));
-            }
-            Err(error) => return Err(error),
-        }
     }
 }

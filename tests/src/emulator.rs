@@ -112,6 +112,16 @@ impl Emulator {
         Self::start("firmware-pile-emulated", &[], &["-icount", "shift=0"])
     }
 
+    /// Boots the same with USART6 as its test `bench`. Its clock counts instructions, one a
+    /// nanosecond, so that no control tick is late when this machine is busy.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] says what is missing and how to get it.
+    pub fn boot_pile(link: Serial, reader: Serial, bench: Serial) -> Result<Self, EmulatorError> {
+        let uarts = [(1, link), (2, reader), (6, bench)];
+        Self::start("firmware-pile-emulated", &uarts, &["-icount", "shift=0"])
+    }
+
     /// Boots the chassis' image with USART1 as its `link`, USART2 as its RFID `reader` and USART6 as
     /// its test `bench`. Its clock counts instructions, one a nanosecond, so that no control tick is
     /// late when this machine is busy.

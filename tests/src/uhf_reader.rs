@@ -16,7 +16,14 @@ const NOTHING: [u8; 8] = [0xBB, 0x01, 0xFF, 0x00, 0x01, 0x15, 0x16, 0x7E];
 const TAG_CRC: crc::Crc<u16> = crc::Crc::<u16>::new(&crc::CRC_16_GENIBUS);
 
 /// What is in the field: a tag, and the strength of its signal in dBm.
-type Field = Option<(TagId, i8)>;
+#[derive(Clone, Copy, Default)]
+enum Field {
+    #[default]
+    Empty,
+    Tag(TagId, i8),
+    /// The reader does not answer.
+    Silent,
+}
 
 /// A reader that listens on TCP for its pile.
 pub struct UhfReader {
@@ -49,12 +56,17 @@ impl UhfReader {
 
     /// Puts a robot in front of the reader, close enough to charge.
     pub fn dock(&self, tag: TagId) {
-        self.put(Some((tag, -45)));
+        self.put(Field::Tag(tag, -45));
     }
 
     /// Takes away whatever is there.
     pub fn clear(&self) {
-        self.put(None);
+        self.put(Field::Empty);
+    }
+
+    /// Answers no more.
+    pub fn fall_silent(&self) {
+        self.put(Field::Silent);
     }
 
     fn put(&self, field: Field) {
@@ -71,8 +83,9 @@ fn answer(mut pile: TcpStream, field: &Mutex<Field>) -> io::Result<()> {
             command.clear();
             let seen = *field.lock().unwrap_or_else(PoisonError::into_inner);
             match seen {
-                Some((tag, rssi_dbm)) => pile.write_all(&notice(tag, rssi_dbm))?,
-                None => pile.write_all(&NOTHING)?,
+                Field::Tag(tag, rssi_dbm) => pile.write_all(&notice(tag, rssi_dbm))?,
+                Field::Empty => pile.write_all(&NOTHING)?,
+                Field::Silent => {}
             }
         }
     }

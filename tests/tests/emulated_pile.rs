@@ -4,9 +4,9 @@
 //! Where QEMU or the image is missing these tests fail with the sentence that says how to get it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "emulated_pile/bench.rs"]
-mod bench;
 #[path = "emulated_pile/charge.rs"]
 mod charge;
 #[path = "emulated_pile/frames.rs"]
 mod frames;
+#[path = "emulated_pile/hazards.rs"]
+mod hazards;

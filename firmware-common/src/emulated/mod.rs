@@ -4,7 +4,9 @@
 //! the RCC, PWR or FLASH peripherals to become ready. A panic or a hard fault ends the emulator with
 //! a failure, so that neither looks like a silent board.
 
+pub mod bench;
 mod clock;
+pub mod cost;
 mod stack;
 mod uart;
 mod watchdog;

@@ -13,7 +13,7 @@ use firmware_common::executor::{execute, execute_above};
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
-use firmware_pile::board::emulated::{ModelledCharger, VolatileMemory, seal_cost};
+use firmware_pile::board::emulated::{self, ModelledCharger, VolatileMemory, seal_cost};
 use firmware_pile::tasks;
 use firmware_pile::{ChargingPile, Parameters};
 use protocol::{DeviceId, PileId, Sessions};
@@ -31,11 +31,11 @@ const POWER_W: f32 = 500.0;
 
 static INBOX: Inbox = Inbox::new();
 static OUTBOX: Outbox<{ tasks::OUTBOX }> = Outbox::new();
-static ROLL: Roll<4> = Roll::new();
+static ROLL: Roll<5> = Roll::new();
 
 #[entry]
 fn main() -> ! {
-    let Some(Machine { link, reader, watchdog, .. }) = Machine::take() else {
+    let Some(Machine { link, reader, bench, watchdog }) = Machine::take() else {
         defmt::panic!("the machine has been taken before");
     };
     seal_cost::log();
@@ -47,7 +47,7 @@ fn main() -> ! {
         defmt::panic!("the machine has been taken before");
     };
     let trusted: &'static Trusted<0> = trusted;
-    let [listening, speaking, watching, running] = ROLL.places();
+    let [listening, speaking, watching, running, serving] = ROLL.places();
     defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
     execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(parameters, running))));
     execute(|spawner| {
@@ -55,12 +55,13 @@ fn main() -> ! {
         spawner.spawn(defmt::unwrap!(listen(receiver, trusted, listening)));
         spawner.spawn(defmt::unwrap!(speak(sender, trusted, speaking)));
         spawner.spawn(defmt::unwrap!(watch(reader, watching)));
+        spawner.spawn(defmt::unwrap!(serve(bench, serving)));
     })
 }
 
 #[embassy_executor::task]
 async fn supervise(watchdog: EmulatedWatchdog) {
-    common::supervise(watchdog, &ROLL, ["listen", "speak", "watch", "run"]).await
+    common::supervise(watchdog, &ROLL, ["listen", "speak", "watch", "run", "bench"]).await
 }
 
 #[embassy_executor::task]
@@ -82,4 +83,9 @@ async fn watch(reader: Uart, place: Place) {
 async fn run(parameters: Parameters, place: Place) {
     let pile = ChargingPile::new(parameters);
     tasks::run(pile, ModelledCharger::new(), VolatileMemory, &INBOX, &OUTBOX, place).await
+}
+
+#[embassy_executor::task]
+async fn serve(bench: Uart, place: Place) {
+    emulated::serve(bench, place).await
 }

@@ -17,6 +17,9 @@ use super::Limits;
 pub const RAMP_UP_TIME: DurationMs = DurationMs(1_000);
 /// A current at the highest limit is taken away within this time.
 pub const RAMP_DOWN_TIME: DurationMs = DurationMs(100);
+/// The power stage is given this long to follow the end of a ramp, whatever the current's sensor says:
+/// it may be what is broken.
+pub const SETTLING_TIME: DurationMs = DurationMs(50);
 /// The contactor is told to open this long after a stop has begun, at the latest.
 pub const STOP_TIME: DurationMs = DurationMs(300);
 /// A contactor that was opened stays open this long.
@@ -81,6 +84,8 @@ pub struct Sequence {
     power: Power,
     looked_at: Millis,
     stopping_since: Option<Millis>,
+    /// Since when a stop tells the power stage to give nothing.
+    nothing_since: Option<Millis>,
     opened_at: Option<Millis>,
 }
 
@@ -88,7 +93,13 @@ impl Sequence {
     /// Open.
     #[must_use]
     pub const fn new() -> Self {
-        Self { power: Power::OFF, looked_at: Millis(0), stopping_since: None, opened_at: None }
+        Self {
+            power: Power::OFF,
+            looked_at: Millis(0),
+            stopping_since: None,
+            nothing_since: None,
+            opened_at: None,
+        }
     }
 
     /// The command in force.
@@ -124,10 +135,13 @@ impl Sequence {
 
     fn stop(&mut self, now: Millis, limits: &Limits, passed: DurationMs, found: Found) {
         let since = *self.stopping_since.get_or_insert(now);
-        let was_told_nothing = self.power.current_limit_a == 0.0;
         self.approach(0.0, limits.current_max_a, passed);
+        if self.power.current_limit_a == 0.0 {
+            self.nothing_since.get_or_insert(now);
+        }
+        let has_settled = self.nothing_since.is_some_and(|nothing| now.since(nothing) >= SETTLING_TIME);
         let is_nothing = found.current_a.is_some_and(|current_a| current_a.abs() < limits.zero_a());
-        if (was_told_nothing && is_nothing) || now.since(since) >= STOP_TIME {
+        if (has_settled && is_nothing) || now.since(since) >= STOP_TIME {
             self.open(now);
         }
     }
@@ -135,6 +149,7 @@ impl Sequence {
     const fn open(&mut self, now: Millis) {
         self.power = Power::OFF;
         self.stopping_since = None;
+        self.nothing_since = None;
         self.opened_at = Some(now);
     }
 
@@ -224,7 +239,7 @@ mod tests {
             before = power.current_limit_a;
             !power.is_closed()
         });
-        assert_eq!(steps, Some(9), "eight steps of 2.5 A, and one at nothing");
+        assert_eq!(steps, Some(13), "eight steps of 2.5 A, and 50 ms at nothing");
     }
 
     #[test]
@@ -246,7 +261,7 @@ mod tests {
         let mut bench = Bench::full();
         bench.step(Permit::Nothing);
         let opened = (1..).find(|_| !bench.step(Permit::UpTo(20.0)).is_closed());
-        assert_eq!(opened, Some(8));
+        assert_eq!(opened, Some(12));
         let closed = (1..).find(|_| bench.step(Permit::UpTo(20.0)).is_closed());
         assert_eq!(closed, Some(100));
     }

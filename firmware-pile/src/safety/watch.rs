@@ -16,8 +16,11 @@ pub const CONTACTOR_TIME: DurationMs = DurationMs(250);
 pub const FOLLOW_TIME: DurationMs = DurationMs(150);
 /// A current through an open contactor is a fault after this time.
 pub const STRAY_TIME: DurationMs = DurationMs(150);
-/// A voltage that cannot be is a fault after this time.
+/// A voltage where there can be none is a fault after this time.
 pub const VOLTAGE_TIME: DurationMs = DurationMs(1_000);
+/// A battery whose voltage is gone while it is being charged is a fault after this time: less than a
+/// stop takes, so that contacts that break down under load are not tried again and again.
+pub const COLLAPSE_TIME: DurationMs = DurationMs(50);
 /// Current that should flow and does not is a fault after this time.
 pub const NO_CURRENT_TIME: DurationMs = DurationMs(3_000);
 
@@ -51,7 +54,8 @@ pub(super) struct Watch {
     disagrees: Since,
     exceeds: Since,
     strays: Since,
-    impossible: Since,
+    misplaced: Since,
+    collapsed: Since,
     idles: Since,
     too_hot: bool,
 }
@@ -148,12 +152,13 @@ impl Watch {
         readings: &Readings,
         power: Power,
     ) -> bool {
-        let Some(voltage_v) = readings.voltage_v else { return false };
         let is_apart = !power.is_closed() && !sensors.contactor_closed && !sensors.mated;
         let is_joined = power.is_closed() && sensors.contactor_closed && sensors.mated;
-        let impossible =
-            (is_apart && voltage_v.abs() > UNTOUCHED_V) || (is_joined && voltage_v < limits.voltage_min_v());
-        self.impossible.lasts(now, impossible, VOLTAGE_TIME)
+        let is_some = readings.voltage_v.is_some_and(|voltage_v| voltage_v.abs() > UNTOUCHED_V);
+        let is_gone = readings.voltage_v.is_some_and(|voltage_v| voltage_v < limits.voltage_min_v());
+        let misplaced = self.misplaced.lasts(now, is_apart && is_some, VOLTAGE_TIME);
+        let collapsed = self.collapsed.lasts(now, is_joined && is_gone, COLLAPSE_TIME);
+        misplaced || collapsed
     }
 
     /// No current though it is told to flow and the battery is not full.

@@ -72,7 +72,7 @@ fn a_contactor_that_does_not_close_is_a_fault_even_when_it_is_open_as_told() {
     bench.standing = Some((tag(3), -45));
     bench.wait(300);
     assert!(bench.live());
-    bench.wait(100);
+    bench.wait(200);
     assert!(!bench.live());
     assert_eq!(reason(&bench), Some(EndReason::Fault));
     bench.wait(5_000);

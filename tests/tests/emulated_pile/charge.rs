@@ -23,7 +23,7 @@ use tests::emulator::{Emulator, Serial};
 use tests::uhf_reader::UhfReader;
 use tokio::runtime::Runtime;
 
-use super::bench::{ETA, PILE, POWER_W, ROBOT, SOON};
+use tests::pile_bench::{ETA, PILE, POWER_W, ROBOT, SOON};
 
 const ROBOT_ID: RobotId = RobotId(3);
 const FULL_J: f32 = 100_000.0;

@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use protocol::{Availability, DurationMs, EndReason, Epoch, Message, NackReason, Revoke};
 
-use super::bench::{Bench, ENERGY_J, EPOCH, ETA, POWER_W, ROBOT, SOON, STRANGER};
+use tests::pile_bench::{ENERGY_J, EPOCH, ETA, POWER_W, PileBench, ROBOT, SOON, STRANGER};
 
 #[test]
 fn a_granted_robot_is_charged_as_eq_1_says_and_counted_once() {
-    let mut bench = Bench::new();
+    let mut bench = PileBench::new();
     let lease = bench.granted();
     let reserved = bench.state_where("that it is reserved", |state| state.holder == Some(lease));
     assert_eq!((reserved.row.availability, reserved.energised), (Availability::Reserved, false));
@@ -62,7 +62,7 @@ fn a_granted_robot_is_charged_as_eq_1_says_and_counted_once() {
 
 #[test]
 fn a_wrong_tag_does_nothing_and_the_right_one_still_charges() {
-    let mut bench = Bench::new();
+    let mut bench = PileBench::new();
     let lease = bench.granted();
     bench.reader.dock(STRANGER);
     // The pile reports whom it saw, so it did not charge although it saw somebody.
@@ -78,7 +78,7 @@ fn a_wrong_tag_does_nothing_and_the_right_one_still_charges() {
 
 #[test]
 fn a_stale_epoch_is_refused_and_its_robot_not_charged() {
-    let mut bench = Bench::new();
+    let mut bench = PileBench::new();
     let stale = bench.grant(100, Epoch(EPOCH.0 - 1));
     bench.say(Message::Grant(stale));
     assert_eq!(bench.answer(100), Err(NackReason::StaleEpoch { highest: EPOCH }));
@@ -90,7 +90,7 @@ fn a_stale_epoch_is_refused_and_its_robot_not_charged() {
 
 #[test]
 fn corrupted_frames_do_nothing_and_cost_no_good_one() {
-    let mut bench = Bench::new();
+    let mut bench = PileBench::new();
     // A first lease, taken back: the clock is known and only damage can keep a grant from working.
     let lease = bench.granted();
     let head = bench.grant(99, EPOCH).head;
@@ -117,7 +117,7 @@ fn corrupted_frames_do_nothing_and_cost_no_good_one() {
 
 #[test]
 fn a_flood_of_noise_is_survived() {
-    let mut bench = Bench::new();
+    let mut bench = PileBench::new();
     let lease = bench.granted();
     let mut noise: u32 = 0x9E37_79B9;
     let flood: Vec<u8> = (0..16 * 1024)

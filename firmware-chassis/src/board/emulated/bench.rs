@@ -1,4 +1,4 @@
-//! The test bench on USART6: a line of words in, a line out.
+//! The test bench on USART6. Besides the words of [every test bench](firmware_common::emulated::bench):
 //!
 //! | line | what happens |
 //! |---|---|
@@ -8,30 +8,22 @@
 //! | `grip W SHARE` | so much of the wheel's speed reaches the floor |
 //! | `gyro 0` or `1` | the gyroscope is silent, or answers |
 //! | `meter 0` or `1` | the battery's meter is silent, or answers |
-//! | `hang` | the task of the test bench never returns: the watchdog's business |
 //! | `truth` | `truth X Y YAW VX VY WZ`: where the robot really is, and how it really moves |
-//! | `cost` | `cost TICKS MEDIAN WORST STACK`: instructions of control ticks, bytes of stack |
 //!
-//! Every other line is answered `ok`, or `what?` if it is none of these.
+//! All but the last are answered `ok`.
 
 use core::cell::Cell;
-use core::fmt::Write as _;
 
 use embassy_sync::blocking_mutex::{Mutex, raw::CriticalSectionRawMutex};
 use embedded_io_async::{Read, Write};
-use firmware_common::emulated::deepest_stack;
+use firmware_common::emulated::bench::{self, Line, text};
 use firmware_common::supervisor::Place;
-use firmware_common::tasks::waiting;
-use heapless::{String, Vec};
 
-use super::{ORDERS, cost};
+use super::ORDERS;
 use crate::plant::Plant;
 
 /// Of the modelled gyroscope when it answers, in rad/s.
 const GYRO_BIAS_RADPS: f32 = 0.02;
-
-/// The longest line, in bytes.
-const LINE: usize = 96;
 
 /// Something of the plant that shall be otherwise.
 pub(super) enum Order {
@@ -71,51 +63,21 @@ pub(super) fn publish(plant: &Plant) {
 }
 
 /// Serves the test bench on `port`.
-pub async fn serve(mut port: impl Read + Write, place: Place) -> ! {
-    let mut line = Vec::<u8, LINE>::new();
-    loop {
-        let mut byte = [0];
-        let _ = waiting(place, port.read(&mut byte)).await;
-        let [byte] = byte;
-        if byte != b'\n' {
-            // A line that is too long is none of ours, cut off or not.
-            let _ = line.push(byte);
-            continue;
-        }
-        let answer = answer(core::str::from_utf8(&line).unwrap_or_default()).await;
-        line.clear();
-        let _ = waiting(place, port.write_all(answer.as_bytes())).await;
+pub async fn serve(port: impl Read + Write, place: Place) -> ! {
+    bench::serve(port, place, answer).await
+}
+
+async fn answer(line: &str) -> Option<Line> {
+    if line == "truth" {
+        let [x, y, yaw, vx, vy, wz] = TRUTH.lock(Cell::get);
+        return Some(text(format_args!("truth {x:.5} {y:.5} {yaw:.5} {vx:.5} {vy:.5} {wz:.5}")));
     }
+    ORDERS.send(order(line.split_whitespace())?).await;
+    Some(text(format_args!("ok")))
 }
 
-async fn answer(line: &str) -> String<LINE> {
-    let mut answer = String::new();
-    let mut words = line.split_whitespace();
-    // It fits: the longest has six numbers of at most 12 characters.
-    let _ = match words.next() {
-        Some("hang") => loop {
-            cortex_m::asm::nop();
-        },
-        Some("truth") => {
-            let [x, y, yaw, vx, vy, wz] = TRUTH.lock(Cell::get);
-            writeln!(answer, "truth {x:.5} {y:.5} {yaw:.5} {vx:.5} {vy:.5} {wz:.5}")
-        }
-        Some("cost") => {
-            let cost::Costs { ticks, median, worst } = cost::take();
-            writeln!(answer, "cost {ticks} {median} {worst} {}", deepest_stack())
-        }
-        word => match word.and_then(|word| order(word, words)) {
-            Some(order) => {
-                ORDERS.send(order).await;
-                writeln!(answer, "ok")
-            }
-            None => writeln!(answer, "what?"),
-        },
-    };
-    answer
-}
-
-fn order<'a>(word: &str, mut words: impl Iterator<Item = &'a str>) -> Option<Order> {
+fn order<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Order> {
+    let word = words.next()?;
     let mut number = || words.next()?.parse::<f32>().ok();
     match word {
         "gyro" => return Some(Order::Gyro { answers: number()? != 0.0 }),

@@ -2,14 +2,13 @@
 //! a test bench that breaks them. The machine itself is [`firmware_common::emulated`].
 
 mod bench;
-mod cost;
 
 pub use bench::serve;
 
 use cortex_m::peripheral::SYST;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use firmware_common::emulated::elapsed_cycles;
+use firmware_common::emulated::{cost, elapsed_cycles};
 use protocol::Millis;
 
 use crate::plant::Plant;

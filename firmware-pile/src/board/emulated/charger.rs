@@ -1,17 +1,16 @@
-//! A charger that is a model, with a robot on its contacts.
+//! A charger that is a model, with a robot on its contacts until the test bench says otherwise.
 
 use protocol::Millis;
 
-use crate::plant::{Battery, Plant};
+use super::bench::{BATTERY, Ticks};
+use crate::plant::Plant;
 use crate::tasks::Charger;
 use crate::{Contactor, Power, Sensors};
-
-/// Of the robot that stands on the contacts.
-const BATTERY: Battery = Battery::new(1.0e6, 0.5e6);
 
 /// The modelled charger. Its contactor's commands show in the log.
 pub struct ModelledCharger {
     plant: Plant,
+    ticks: Ticks,
 }
 
 #[expect(clippy::new_without_default, reason = "a board has one charger, made on purpose")]
@@ -20,16 +19,20 @@ impl ModelledCharger {
     pub const fn new() -> Self {
         let mut plant = Plant::new();
         plant.battery = Some(BATTERY);
-        Self { plant }
+        Self { plant, ticks: Ticks::new() }
     }
 }
 
 impl Charger for ModelledCharger {
     fn sense(&mut self, now: Millis) -> Sensors {
-        self.plant.sense(now)
+        self.ticks.begin(&mut self.plant);
+        let sensors = self.plant.sense(now);
+        self.ticks.sensed();
+        sensors
     }
 
     fn command(&mut self, power: Power) {
+        self.ticks.command(&self.plant, power);
         if power.contactor != self.plant.power().contactor {
             match power.contactor {
                 Contactor::Open => defmt::info!("contactor open"),

@@ -1,5 +1,5 @@
-//! What control ticks cost: the core's cycles from the sensors' values to the motors' command,
-//! whatever interrupts in between.
+//! What control ticks cost: the core's cycles from the sensors' values to its command, whatever
+//! interrupts in between.
 //!
 //! Under `-icount shift=0` an instruction takes one nanosecond, 0.168 of a cycle.
 
@@ -20,9 +20,15 @@ pub(super) struct Costs {
     pub worst: u32,
 }
 
+/// The instructions that take so many cycles.
+#[must_use]
+pub const fn instructions(cycles: u32) -> u32 {
+    cycles.saturating_mul(1_000) / 168
+}
+
 /// A tick has cost so many cycles.
-pub(super) fn record(cycles: u32) {
-    let instructions = cycles.saturating_mul(1_000) / 168;
+pub fn record(cycles: u32) {
+    let instructions = instructions(cycles);
     WORST.fetch_max(instructions, Ordering::Relaxed);
     let class = usize::try_from(instructions / CLASS).unwrap_or(CLASSES).min(CLASSES - 1);
     if let Some(ticks) = TICKS.get(class) {
