@@ -12,7 +12,7 @@ use std::{
 use protocol::{DurationMs, EnergyJ, PileId, RobotId, TagId};
 
 use crate::{
-    diagnostics::Diagnostics,
+    diagnostics::{Diagnostic, Diagnostics},
     document::{self, Document, Section, flag, number, one_of, parsed, text, whole},
     keys::Keys,
     selection::Rule,
@@ -139,8 +139,14 @@ fn security(document: &Document<'_>, root: &mut Section<'_>) -> Option<Security>
     match (keys, insecure == Some(true)) {
         (None, true) => Some(Security::Insecure),
         (Some(file), false) => {
-            let keys = Keys::load(&document.resolve(&file));
-            keys.map_err(|found| document.mistake_elsewhere(found.into_mistakes())).ok().map(Security::Keys)
+            let file = document.resolve(&file);
+            let keys = Keys::load(&file);
+            let keys = keys.map_err(|found| document.mistake_elsewhere(found.into_mistakes())).ok()?;
+            if !keys.is_a_site_s() {
+                let expected = "the site's file of keys, not that of one of its robots";
+                document.mistake_elsewhere([Diagnostic::new(&file, None, "it has no `site`", expected)]);
+            }
+            Some(Security::Keys(keys))
         }
         (Some(_), true) => {
             root.mistake("insecure", "`insecure` is true and there are `keys`", "one of the two");

@@ -132,6 +132,12 @@ impl Keys {
         }
     }
 
+    /// Whether they are a site's and not those of a robot.
+    #[must_use]
+    pub const fn is_a_site_s(&self) -> bool {
+        self.site.is_some()
+    }
+
     /// The site's key, made now if there is none.
     ///
     /// # Errors

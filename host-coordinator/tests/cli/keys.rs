@@ -51,4 +51,9 @@ fn a_robot_gets_a_key_once_and_its_computer_that_key_alone() {
 
     chargehand(&make).succeeds();
     assert_eq!(Keys::load(&carried).unwrap(), own);
+
+    // A robot's file is none to run a coordinator with.
+    fs::copy(&carried, copy.path().join("keys.toml")).unwrap();
+    let error = chargehand(&["check", "--config", text(&copy.path().join("chargehand.toml"))]).fails();
+    assert!(error.contains("keys.toml: it has no `site`"), "{error}");
 }

@@ -16,8 +16,8 @@ use host_coordinator::{
     site::Site,
 };
 use protocol::{
-    Activity, BootEpoch, Deframer, DeviceId, EnergyJ, Frame, Key, Message, Millis, PileId, Recipient,
-    RobotId, RobotState, Session, Sessions, SiteMillis, Trust,
+    Activity, BootEpoch, Deframer, DeviceId, EnergyJ, Frame, FrameError, Key, Message, Millis, PileId,
+    Recipient, RobotId, RobotState, Session, Sessions, SiteMillis, Trust,
 };
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -177,6 +177,9 @@ async fn gossip_crosses_from_tcp_to_udp_and_back() {
         let row = ChargingPile::new(Parameters::new(PileId(pile), 1.0)).row();
         Message::PileTable(protocol::PileTable { rows: [row].into_iter().collect() })
     };
+    // Where a pile is, the coordinator believes no gossip.
+    stream.write_all(&by_tcp.seal(COORDINATOR, &hello()).unwrap()).await.unwrap();
+    socket.send(&by_udp.seal(COORDINATOR, &hello()).unwrap()).await.unwrap();
     let (mut tcp_heard, mut udp_heard) = (Vec::new(), Vec::new());
     let mut deframer = Deframer::new();
     let (mut stream_buffer, mut buffer) = ([0; 2048], [0; 2048]);
@@ -186,10 +189,10 @@ async fn gossip_crosses_from_tcp_to_udp_and_back() {
             socket.send(&by_udp.seal(Recipient::Piles, &gossip(2)).unwrap()).await.unwrap();
             tokio::select! {
                 read = stream.read(&mut stream_buffer) => {
-                    deframer.feed(&stream_buffer[..read.unwrap()], |packet| tcp_heard.push(by_tcp.open(packet.unwrap()).unwrap().message));
+                    deframer.feed(&stream_buffer[..read.unwrap()], |packet| gossip_in(by_tcp.open(packet.unwrap()), &mut tcp_heard));
                 }
                 read = socket.recv(&mut buffer) => {
-                    Deframer::new().feed(&buffer[..read.unwrap()], |packet| udp_heard.push(by_udp.open(packet.unwrap()).unwrap().message));
+                    Deframer::new().feed(&buffer[..read.unwrap()], |packet| gossip_in(by_udp.open(packet.unwrap()), &mut udp_heard));
                 }
                 () = sleep(Duration::from_millis(20)) => {}
             }
@@ -197,7 +200,22 @@ async fn gossip_crosses_from_tcp_to_udp_and_back() {
     };
     timeout(Duration::from_secs(10), exchange).await.unwrap();
     assert_eq!((tcp_heard[0].clone(), udp_heard[0].clone()), (gossip(2), gossip(1)));
+
+    // Somebody sends recorded gossip from elsewhere: the pile is still where it was.
+    let elsewhere = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let recorded = by_udp.seal(Recipient::Piles, &gossip(2)).unwrap();
+    elsewhere.send_to(&recorded, daemon.addresses().udp).unwrap();
+    elsewhere.send_to(&[0, 1, 2, 3, 0], daemon.addresses().udp).unwrap();
+    warns_of(&daemon, &["garbled"], &elsewhere).await;
+    while socket.try_recv(&mut buffer).is_ok() {}
+    stream.write_all(&by_tcp.seal(Recipient::Piles, &gossip(1)).unwrap()).await.unwrap();
+    timeout(Duration::from_secs(10), socket.recv(&mut buffer)).await.expect("gossip went elsewhere").unwrap();
     daemon.shutdown().await;
+}
+
+/// What was heard, if it is gossip.
+fn gossip_in(found: Result<Frame, FrameError>, heard: &mut Vec<Message>) {
+    heard.extend(Some(found.unwrap().message).filter(|message| matches!(message, Message::PileTable(_))));
 }
 
 #[tokio::test(flavor = "multi_thread")]
