@@ -43,7 +43,8 @@ enum Task {
     Test,
     /// Builds the boards' images and prints their flash and RAM use.
     Firmware,
-    /// Prints the flash and RAM use of the images built last.
+    /// Builds the boards' images, prints their flash and RAM use, and measures in QEMU how deep the stack
+    /// gets.
     Size,
     /// Builds the image of a board, checks it against the chip's map, and flashes it through the debug
     /// probe that is plugged in.
@@ -103,7 +104,7 @@ fn main() -> ExitCode {
         Task::Setup => setup::all().and_then(|_| labwired::set_up()).map(|_| println!("setup: all is there")),
         Task::Test => test::all(),
         Task::Firmware => setup::arm_toolchain(TARGET).and_then(|toolchain| firmware::build(&toolchain)),
-        Task::Size => size::print(),
+        Task::Size => size::measure(),
         Task::Flash { board, dry_run } => {
             setup::arm_toolchain(TARGET).and_then(|toolchain| flash::flash(&toolchain, board, dry_run))
         }

@@ -6,9 +6,11 @@ use std::path::Path;
 use object::elf::FileHeader32;
 use object::read::elf::ElfFile;
 use object::{Endianness, Object, ObjectSegment};
+use serde::Deserialize;
 
-use crate::command::Failure;
+use crate::command::{Failure, cargo};
 use crate::firmware::{self, IMAGES};
+use crate::setup;
 
 /// Bytes of the STM32F407VG's flash.
 const FLASH: u64 = 1024 * 1024;
@@ -37,6 +39,38 @@ pub fn print() -> Result<(), Failure> {
                 format!("{} does not fit the STM32F407VG", path.display()),
                 "make it smaller",
             ));
+        }
+    }
+    Ok(())
+}
+
+/// The deepest stacks, in bytes, that the emulated images of both boards were seen to need.
+#[derive(Deserialize)]
+struct Stacks {
+    #[serde(rename = "firmware-pile")]
+    pile: u64,
+    #[serde(rename = "firmware-chassis")]
+    chassis: u64,
+}
+
+/// Builds every image and prints its size, and how deep the stacks get, which is measured in QEMU.
+pub fn measure() -> Result<(), Failure> {
+    let toolchain = setup::all()?;
+    firmware::build(&toolchain)?;
+    let printed = cargo("run --quiet --package tests --bin stack").output()?;
+    let Stacks { pile, chassis } = serde_json::from_str(&printed).map_err(|error| {
+        Failure::new(format!("the gauge printed {printed:?} ({error})"), "report this as a defect of xtask")
+    })?;
+    for (package, stack) in [("firmware-pile", pile), ("firmware-chassis", chassis)] {
+        println!("{package}: stack {stack} bytes at the deepest, measured on the emulated image");
+        for (_, board) in IMAGES.into_iter().filter(|(other, _)| *other == package) {
+            let size = of_file(&firmware::path(package, board))?;
+            if size.ram + stack > RAM {
+                return Err(Failure::new(
+                    format!("{package} ({board}) has only {} bytes for its stack", RAM - size.ram),
+                    "make its variables or its stack smaller",
+                ));
+            }
         }
     }
     Ok(())

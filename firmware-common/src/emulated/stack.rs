@@ -1,5 +1,7 @@
 //! How deep the stack has been: what is free of it is painted at the start.
 
+use core::sync::atomic::{AtomicUsize, Ordering};
+
 /// What an untouched word holds.
 const PAINT: u32 = 0xA5A5_5A5A;
 /// Words below the painter's own frame that it leaves alone.
@@ -41,4 +43,13 @@ pub fn deepest_stack() -> usize {
         }
     }
     top.addr() - word.addr()
+}
+
+/// Says in the log how deep the stack has been, if it was never deeper.
+pub(super) fn tell() {
+    static TOLD: AtomicUsize = AtomicUsize::new(0);
+    let deepest = deepest_stack();
+    if TOLD.fetch_max(deepest, Ordering::Relaxed) < deepest {
+        defmt::info!("stack: {} bytes at the deepest so far", deepest);
+    }
 }

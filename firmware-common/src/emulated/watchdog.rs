@@ -6,6 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use protocol::DurationMs;
 
+use super::stack;
 use crate::{supervisor, tasks::Watchdog};
 
 /// Not fed for this long, it resets the machine.
@@ -45,6 +46,7 @@ impl EmulatedWatchdog {
 
 impl Watchdog for EmulatedWatchdog {
     fn feed(&mut self) {
+        stack::tell();
         LEFT_MS.store(TIMEOUT.0, Ordering::Release);
     }
 }
