@@ -1,7 +1,9 @@
 //! What holds whatever happens to a pile: [`Witness`] checks it after every step. Numbers are few
 //! and small, so that robots, leases, epochs and commands collide.
 
-use firmware_pile::{ChargingPile, Input, Parameters, TagRead};
+use std::collections::BTreeSet;
+
+use firmware_pile::{ChargingPile, Input, Parameters, TagRead, plant::Says};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use protocol::*;
 
@@ -25,6 +27,22 @@ enum Event {
     ReadNothing,
     Weld(bool),
     Jam(bool),
+    Mains(bool),
+    Stop(bool),
+    Reverse(bool),
+    RunAway(Option<f32>),
+    Leak(f32),
+    Voltage(Says),
+    Current(Says),
+    Temperature(Says),
+    /// Everything is sound again, and if `cleared` the pile is told so.
+    Mend {
+        cleared: bool,
+    },
+    Clear {
+        code: FaultCode,
+        service: bool,
+    },
     Synchronise,
     Acknowledge(u32),
     Grant {
@@ -57,6 +75,26 @@ fn tell(witness: &mut Witness, event: &Event) {
         Event::Touch(touches) => witness.touch(touches),
         Event::Weld(welded) => witness.plant.welded = welded,
         Event::Jam(jammed) => witness.plant.jammed = jammed,
+        Event::Mains(mains) => witness.plant.mains = mains,
+        Event::Stop(pressed) => witness.plant.emergency_stop = pressed,
+        Event::Reverse(reversed) => {
+            if let Some(battery) = &mut witness.plant.battery {
+                battery.reversed = reversed;
+            }
+        }
+        Event::RunAway(current_a) => witness.plant.runaway_a = current_a,
+        Event::Leak(current_a) => witness.plant.leak_a = current_a,
+        Event::Voltage(says) => witness.plant.voltage = says,
+        Event::Current(says) => witness.plant.current = says,
+        Event::Temperature(says) => witness.plant.temperature = says,
+        Event::Mend { cleared } => {
+            witness.mend();
+            if cleared {
+                witness.sense(1_200);
+                FaultCode::ALL.into_iter().for_each(|code| witness.clear(code, true));
+            }
+        }
+        Event::Clear { code, service } => witness.clear(code, service),
         Event::Synchronise => witness.synchronise(),
         Event::Acknowledge(report) => witness.acknowledge(report),
         Event::Grant { lease, charge_ms, life_ms, lease_ms } => {
@@ -89,13 +127,40 @@ fn any_event() -> impl Strategy<Value = Event> {
         3 => Just(Event::ReadNothing),
         2 => (0u32..600).prop_map(Event::Sense),
         2 => prop::bool::ANY.prop_map(Event::Touch),
-        1 => prop::bool::weighted(0.1).prop_map(Event::Weld),
-        1 => prop::bool::weighted(0.1).prop_map(Event::Jam),
+        2 => any_break(),
+        3 => prop::bool::weighted(0.8).prop_map(|cleared| Event::Mend { cleared }),
+        3 => (prop::sample::select(&FaultCode::ALL[..]), prop::bool::ANY)
+            .prop_map(|(code, service)| Event::Clear { code, service }),
         4 => Just(Event::Synchronise),
         2 => (0u32..8).prop_map(Event::Acknowledge),
         8 => any_grant,
         1 => (any_lease(), 0u16..5_000).prop_map(|(lease, life_ms)| Event::Revoke { lease, life_ms }),
         2 => (0usize..50).prop_map(Event::Repeat),
+    ]
+}
+
+/// What a sensor of this range may say: mostly what it measures.
+fn any_says(range: std::ops::Range<f32>) -> impl Strategy<Value = Says> {
+    let nonsense = prop::sample::select(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY][..]);
+    prop_oneof![
+        range.clone().prop_map(Says::About),
+        range.prop_map(Says::Exactly),
+        nonsense.prop_map(Says::Exactly),
+    ]
+}
+
+fn any_break() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        prop::bool::ANY.prop_map(Event::Weld),
+        prop::bool::ANY.prop_map(Event::Jam),
+        prop::bool::ANY.prop_map(Event::Mains),
+        prop::bool::ANY.prop_map(Event::Stop),
+        prop::bool::ANY.prop_map(Event::Reverse),
+        prop::option::of(0.0f32..12.0).prop_map(Event::RunAway),
+        (0.0f32..2.0).prop_map(Event::Leak),
+        any_says(-70.0..70.0).prop_map(Event::Voltage),
+        any_says(-12.0..12.0).prop_map(Event::Current),
+        any_says(20.0..130.0).prop_map(Event::Temperature),
     ]
 }
 
@@ -107,11 +172,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
     #[test]
-    fn contacts_are_live_only_for_the_robot_that_holds_the_lease(history in any_history()) {
+    fn contacts_are_live_only_under_every_condition_and_every_fault_is_reported(history in any_history()) {
         let mut witness = Witness::new();
         for event in &history {
             tell(&mut witness, event);
         }
+        witness.conclude();
     }
 }
 
@@ -177,14 +243,22 @@ proptest! {
 #[test]
 fn the_histories_charge_many_robots() {
     let mut runner = TestRunner::deterministic();
-    let (mut live, mut completed) = (0, 0);
+    let (mut live, mut completed, mut steps) = (0, 0, 0);
+    let mut faults = BTreeSet::new();
     for _ in 0..300 {
         let history = any_history().new_tree(&mut runner).unwrap().current();
         let mut witness = Witness::new();
         history.iter().for_each(|event| tell(&mut witness, event));
         live += usize::from(witness.live_steps > 0);
         completed += witness.completed;
+        steps += witness.steps;
+        witness.conclude();
+        faults.extend(witness.reported());
     }
     assert!(live > 100, "only {live} of 300 histories had live contacts");
-    assert!(completed > 50, "only {completed} charges were completed");
+    assert!(completed > 25, "only {completed} charges were completed");
+    // These are a seventh of the histories above.
+    assert!(steps > 1_000_000, "only {steps} steps were taken");
+    let met = FaultCode::ALL.into_iter().filter(|&code| code != FaultCode::StoreFailed);
+    assert_eq!(faults, met.collect(), "not every fault was met");
 }

@@ -7,7 +7,7 @@ use firmware_pile::{
     ChargingPile, Input, Outputs, Parameters, Power, Sensors, TagRead,
     faults::READER_TIMEOUT,
     lease::EXTENSION_GRACE,
-    plant::{Battery, Plant},
+    plant::{Battery, Plant, Says},
     store::Record,
 };
 use protocol::*;
@@ -50,6 +50,21 @@ pub struct Witness {
     asked_at: Option<Millis>,
     synchronised: bool,
     version: u32,
+    /// How long each sensor has said the same, contactor and command have disagreed, and current has
+    /// strayed: since when.
+    same_since: [(u32, Millis); 3],
+    disagrees_since: Option<Millis>,
+    strays_since: Option<Millis>,
+    /// Latched faults that were caused and not cleared since.
+    uncleared: BTreeSet<FaultCode>,
+    /// Faults that were caused.
+    caused: BTreeSet<FaultCode>,
+    /// Whether the last report of a fault said that it stands.
+    told: BTreeMap<FaultCode, bool>,
+    outstanding: Option<ReportId>,
+    clearings: u32,
+    /// Steps of the pile so far.
+    pub steps: usize,
     /// Steps after which the contacts were live.
     pub live_steps: usize,
     /// Leases that ended because their charge was complete.
@@ -80,6 +95,15 @@ impl Witness {
             asked_at: None,
             synchronised: false,
             version: 0,
+            same_since: [(u32::MAX, Millis(0)); 3],
+            disagrees_since: None,
+            strays_since: None,
+            uncleared: BTreeSet::new(),
+            caused: BTreeSet::new(),
+            told: BTreeMap::new(),
+            outstanding: None,
+            clearings: 0,
+            steps: 0,
             live_steps: 0,
             completed: 0,
         };
@@ -121,8 +145,65 @@ impl Witness {
             self.pass_to(self.now.after(DurationMs(10)));
             let sensors = self.plant.sense(self.now);
             self.sensed = Some((self.now, sensors));
+            let causes = self.causes(&sensors);
             self.step(Input::Sensors(sensors));
+            self.judge_faults(&causes);
         }
+    }
+
+    /// Whatever was broken is sound again.
+    pub fn mend(&mut self) {
+        let plant = &mut self.plant;
+        (plant.mains, plant.emergency_stop, plant.welded, plant.jammed) = (true, false, false, false);
+        (plant.runaway_a, plant.leak_a) = (None, 0.0);
+        (plant.voltage, plant.current, plant.temperature) = (Says::Truth, Says::Truth, Says::Truth);
+        if let Some(battery) = &mut plant.battery {
+            battery.reversed = false;
+        }
+    }
+
+    /// Coordinator or tool clears a fault.
+    pub fn clear(&mut self, code: FaultCode, service: bool) {
+        self.clearings += 1;
+        // Numbers that no other command has.
+        let command = CommandId(1_000_000 + self.clearings);
+        let sender = if service { DeviceId::Service } else { DeviceId::Coordinator };
+        let header = Header::new(sender, BootEpoch(1), Sequence(0));
+        let message = Message::ClearFault(ClearFault { command, code });
+        let outputs = self.pile.step(self.now, Input::Frame(&Frame { header, message }));
+        let done = Message::Ack(Ack { of: Reference::Command(command) });
+        // Without mains it answers nothing.
+        let is_silent = self.pile.faults().active().contains(FaultCode::MainsLost);
+        if is_silent || outputs.messages.iter().any(|sent| sent.message == done) {
+            self.uncleared.remove(&code);
+        }
+        if !service {
+            self.coordinator_heard();
+        }
+        self.judge(&outputs);
+    }
+
+    /// At the end, with mains to speak by and somebody who listens: what was caused was told, and what
+    /// was told last is true.
+    pub fn conclude(&mut self) {
+        self.plant.mains = true;
+        for _ in 0..80 {
+            self.sense(100);
+            if let Some(report) = self.outstanding {
+                self.hear(Message::Ack(Ack { of: Reference::Report(report) }));
+            }
+        }
+        let untold: Vec<_> = self.caused.iter().filter(|code| !self.told.contains_key(code)).collect();
+        assert!(untold.is_empty(), "nobody was told of {untold:?}");
+        let stand: BTreeSet<_> = self.pile.faults().standing().iter().collect();
+        let told: BTreeSet<_> =
+            self.told.iter().filter(|(_, stands)| **stands).map(|(code, _)| *code).collect();
+        assert_eq!(told, stand, "what was told last is not so");
+    }
+
+    /// The faults it was told of.
+    pub fn reported(&self) -> impl Iterator<Item = FaultCode> {
+        self.told.keys().copied()
     }
 
     /// A robot comes to the contacts, or leaves them.
@@ -178,7 +259,7 @@ impl Witness {
         self.hear(command);
     }
 
-    fn hear(&mut self, message: Message) {
+    fn coordinator_heard(&mut self) {
         let site_now = self.site_now();
         if self.synchronised
             && let Some(promise) = self.holder.and_then(|holder| self.promises.get_mut(&holder))
@@ -186,6 +267,10 @@ impl Witness {
         {
             promise.heard_past_expiry.get_or_insert(self.now);
         }
+    }
+
+    fn hear(&mut self, message: Message) {
+        self.coordinator_heard();
         let header = Header::new(DeviceId::Coordinator, BootEpoch(1), Sequence(0));
         let outputs = self.pile.step(self.now, Input::Frame(&Frame { header, message: message.clone() }));
         let obeyed = |head: CommandHead| {
@@ -240,7 +325,57 @@ impl Witness {
         self.now = now;
     }
 
+    /// What a sample says is wrong with a pile of 100 W for 24 V batteries, told what it was told.
+    fn causes(&mut self, sensors: &Sensors) -> BTreeSet<FaultCode> {
+        let Sensors { output_v, output_a, contact_c, contactor_closed, .. } = *sensors;
+        for (value, (bits, since)) in [output_v, output_a, contact_c].iter().zip(&mut self.same_since) {
+            if *bits != value.to_bits() {
+                (*bits, *since) = (value.to_bits(), self.now);
+            }
+        }
+        let [voltage, current, temperature] =
+            self.same_since.map(|(_, since)| self.now.since(since) >= DurationMs(2_000));
+        let is_voltage = output_v.abs() < 60.0 && !voltage;
+        let is_current = output_a.abs() < 10.0 && !current;
+        let told_closed = self.power.is_closed();
+        let disagrees = contactor_closed != told_closed;
+        let disagrees_since = disagrees.then(|| *self.disagrees_since.get_or_insert(self.now));
+        let strays = is_current && output_a.abs() > 0.1 && !told_closed && !contactor_closed;
+        let strays_since = strays.then(|| *self.strays_since.get_or_insert(self.now));
+        (self.disagrees_since, self.strays_since) = (disagrees_since, strays_since);
+        let lasts =
+            |since: Option<Millis>, ms| since.is_some_and(|since| self.now.since(since) >= DurationMs(ms));
+        let causes = [
+            (FaultCode::ContactorWelded, lasts(disagrees_since, 250) && contactor_closed),
+            (FaultCode::ContactorStuckOpen, lasts(disagrees_since, 250) && !contactor_closed),
+            (FaultCode::OverCurrent, output_a.abs() > 5.51),
+            (FaultCode::OverVoltage, is_voltage && output_v > 30.0),
+            (FaultCode::OverTemperature, (80.0..125.0).contains(&contact_c) && !temperature),
+            (FaultCode::ReversedPolarity, is_voltage && output_v < -2.0),
+            (FaultCode::StrayCurrent, lasts(strays_since, 150)),
+            (FaultCode::VoltageSensor, !is_voltage),
+            (FaultCode::CurrentSensor, !is_current),
+            (FaultCode::TemperatureSensor, !(-30.0..125.0).contains(&contact_c) || temperature),
+            (FaultCode::EmergencyStop, sensors.emergency_stop),
+            (FaultCode::MainsLost, !sensors.mains),
+        ];
+        causes.into_iter().filter(|(_, is_there)| *is_there).map(|(code, _)| code).collect()
+    }
+
+    /// What a sample shows is a fault from then on, and one that latches until it is cleared.
+    fn judge_faults(&mut self, causes: &BTreeSet<FaultCode>) {
+        use FaultCode::{EmergencyStop, MainsLost, ReversedPolarity};
+        let active: BTreeSet<_> = self.pile.faults().active().iter().collect();
+        assert!(causes.is_subset(&active), "{causes:?} are there, but only {active:?} found");
+        self.caused.extend(causes);
+        let passing = [EmergencyStop, MainsLost, ReversedPolarity];
+        self.uncleared.extend(causes.iter().filter(|code| !passing.contains(code)));
+    }
+
     fn judge(&mut self, outputs: &Outputs) {
+        self.steps += 1;
+        let stand: BTreeSet<_> = self.pile.faults().standing().iter().collect();
+        assert!(self.uncleared.is_subset(&stand), "of {:?} only {stand:?} stand", self.uncleared);
         assert!(outputs.messages.len() < outputs.messages.capacity(), "a message may not have fitted");
         for record in &outputs.store {
             match record {
@@ -258,6 +393,16 @@ impl Witness {
             match &outgoing.message {
                 Message::TimeRequest(request) => self.asked_at = Some(request.asked_at),
                 Message::PileState(state) => self.judge_state(state),
+                Message::PassReport(report) => self.outstanding = Some(report.report),
+                Message::Fault(fault) => {
+                    self.outstanding = Some(fault.report);
+                    self.told.insert(fault.code, fault.active);
+                }
+                Message::PileFaults(told) => {
+                    assert!(outputs.urgent && outputs.messages.len() == 1, "the last word comes alone");
+                    let names = |code| told.faults.iter().any(|fault| fault.code == code);
+                    assert!(names(FaultCode::MainsLost));
+                }
                 _ => {}
             }
         }
@@ -295,6 +440,8 @@ impl Witness {
             "closed at {} A",
             sensors.output_a
         );
+        let rises = power.current_limit_a > before.current_limit_a;
+        assert!(!rises || sensors.contactor_closed, "more current through a contactor that is not closed");
         if let Some(since) = self.forbidden_since {
             assert!(power.current_limit_a <= before.current_limit_a, "more current though {forbidden:?}");
             let late = self.now.since(since);
@@ -323,7 +470,7 @@ impl Witness {
         {
             return reason("the coordinator has not extended the lease");
         }
-        if !self.pile.faults().standing().is_empty() {
+        if !self.uncleared.is_empty() || !self.pile.faults().standing().is_empty() {
             return Some(format!("there are faults: {:?}", self.pile.faults()));
         }
         match self.sensed {
