@@ -100,11 +100,14 @@ pub async fn listen<const PEERS: usize>(
 ) -> ! {
     let mut deframer = Deframer::new();
     let mut buffer = [0; 64];
+    let mut errors: u32 = 0;
     loop {
         let length = match waiting(place, link.read(&mut buffer)).await {
             Ok(length) => length,
             Err(error) => {
-                warn!("link: {}", Debug2Format(&error));
+                // Noise, or bytes that came too fast: they cost the frames they hit.
+                errors = errors.saturating_add(1);
+                warn!("link: {}, error {} since the start", Debug2Format(&error), errors);
                 Timer::after(PAUSE).await;
                 continue;
             }
