@@ -62,10 +62,28 @@ fn print_json(Costs { ticks, p50, worst, stack_bytes }: &Costs, images: &[(&str,
     println!("{}", json!({ "tick_instructions": tick, "stack_bytes": stack_bytes, "images": images }));
 }
 
-/// What the pile's frames have cost.
+/// What the pile's frames and ticks have cost.
 #[derive(Deserialize)]
-struct FrameCosts {
+struct PileCosts {
     frames: Vec<FrameCost>,
+    over_current_to_open: Reaction,
+    tick: Ticks,
+    stack_bytes: u32,
+}
+
+/// From the sample that shows it to the command: samples after that one, and instructions.
+#[derive(Deserialize, Serialize)]
+struct Reaction {
+    ticks: u32,
+    instructions: u32,
+}
+
+/// What its control ticks have cost during a charge, in instructions.
+#[derive(Deserialize, Serialize)]
+struct Ticks {
+    ticks: u32,
+    p50: u32,
+    worst: u32,
 }
 
 /// Instructions, with a seal and without.
@@ -83,13 +101,27 @@ pub fn pile(json: bool) -> Result<(), Failure> {
     let toolchain = setup::all()?;
     firmware::compile(&toolchain)?;
     let printed = cargo("run --quiet --package tests --bin bench_pile").output()?;
-    let FrameCosts { frames } = serde_json::from_str(&printed).map_err(|error| {
+    let costs: PileCosts = serde_json::from_str(&printed).map_err(|error| {
         Failure::new(format!("the bench printed {printed:?} ({error})"), "report this as a defect of xtask")
     })?;
+    let PileCosts { frames, over_current_to_open, tick, stack_bytes } = costs;
     if json {
-        println!("{}", json!({ "frame_instructions": frames }));
+        println!(
+            "{}",
+            json!({
+                "frame_instructions": frames,
+                "over_current_to_open": over_current_to_open,
+                "tick_instructions": tick,
+                "stack_bytes": stack_bytes,
+            })
+        );
         return Ok(());
     }
+    let Reaction { ticks, instructions } = over_current_to_open;
+    println!("over-current to contactor open: {ticks} ticks after the sample, {instructions} instructions");
+    let Ticks { ticks, p50, worst } = tick;
+    println!("control tick: p50 {p50}, worst {worst} instructions of {ticks} ticks");
+    println!("stack: {stack_bytes} bytes at the deepest, the model's share included");
     for FrameCost { frame, seal, open, seal_insecure, open_insecure } in &frames {
         println!(
             "{frame}: seal {seal}, open {open} instructions; without a seal {seal_insecure} and {open_insecure}"

@@ -1,10 +1,12 @@
-//! Of `cargo xtask bench pile`: what frames cost the pile's image in QEMU, in instructions, as JSON.
+//! Of `cargo xtask bench pile`: what frames and control ticks cost the pile's image in QEMU, and how
+//! quickly it opens on an over-current, in instructions, as JSON.
 
 use std::process::ExitCode;
 use std::time::Duration;
 
 use serde_json::{Value, json};
 use tests::emulator::{Emulator, EmulatorError};
+use tests::pile_bench::PileBench;
 
 /// A board that has said nothing for this long will not.
 const SOON: Duration = Duration::from_secs(30);
@@ -14,7 +16,11 @@ const FRAMES: usize = 2;
 fn main() -> ExitCode {
     match measure() {
         Ok(frames) if frames.len() == FRAMES => {
-            println!("{}", json!({ "frames": frames }));
+            let mut measured = react();
+            if let Some(fields) = measured.as_object_mut() {
+                fields.insert("frames".into(), json!(frames));
+            }
+            println!("{measured}");
             ExitCode::SUCCESS
         }
         Ok(_) => {
@@ -28,6 +34,26 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// A charge that ends in an over-current.
+fn react() -> Value {
+    let mut pile = PileBench::new();
+    pile.charge();
+    let order = pile.test.order("current about 30");
+    pile.until("an open contactor", |power| !power.told_closed);
+    let reaction = pile.reaction().map(|reaction| (reaction.ticks, reaction.instructions));
+    let costs = pile.test.numbers::<u32, 4>("cost");
+    let (Ok(()), Some((ticks, instructions)), Ok([counted, p50, worst, stack_bytes])) =
+        (order, reaction, costs)
+    else {
+        return Value::Null;
+    };
+    json!({
+        "over_current_to_open": { "ticks": ticks, "instructions": instructions },
+        "tick": { "ticks": counted, "p50": p50, "worst": worst },
+        "stack_bytes": stack_bytes,
+    })
 }
 
 fn measure() -> Result<Vec<Value>, EmulatorError> {
