@@ -47,6 +47,18 @@ impl FaultSet {
         Self(bits)
     }
 
+    /// The bits, for a store.
+    #[must_use]
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The set with these bits; bits of no code are dropped.
+    #[must_use]
+    pub const fn from_bits(bits: u32) -> Self {
+        Self(bits & Self::of(&FaultCode::ALL).0)
+    }
+
     /// Whether there is none.
     #[must_use]
     pub const fn is_empty(self) -> bool {

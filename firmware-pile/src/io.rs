@@ -11,8 +11,8 @@ use crate::{
 
 /// The most messages a step sends: one of each kind.
 pub const MESSAGES_PER_STEP: usize = 8;
-/// The most records a step has to store: one of each kind.
-pub const RECORDS_PER_STEP: usize = 2;
+/// The most records a step has to store; more come in the next.
+pub const RECORDS_PER_STEP: usize = 4;
 
 /// What can happen to a pile.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +29,14 @@ pub enum Input<'a> {
     Frame(&'a Frame),
     /// Something arrived on the link that is no frame, or none to be believed.
     Discarded(FrameError),
+    /// What the step before asked to store is not stored, or not all of it; its messages did not go
+    /// out. Given at once, before any other input.
+    StoreFailed,
+    /// The button was pressed, or let go.
+    Button {
+        /// Which of the two.
+        held: bool,
+    },
 }
 
 impl From<Seen> for Input<'_> {
@@ -49,6 +57,8 @@ pub enum To {
     Service,
     /// All other piles.
     Peers,
+    /// Who sent a [`Provision`](protocol::Provision), whoever that is.
+    Provisioner,
 }
 
 impl From<To> for Recipient {
@@ -57,6 +67,7 @@ impl From<To> for Recipient {
             To::Coordinator => Self::Device(DeviceId::Coordinator),
             To::Service => Self::Device(DeviceId::Service),
             To::Peers => Self::Piles,
+            To::Provisioner => Self::Provisioner,
         }
     }
 }
@@ -88,4 +99,6 @@ pub struct Outputs {
     pub urgent: bool,
     /// What to send, in order.
     pub messages: Messages,
+    /// Whether the board is to restart after that: it has become another pile.
+    pub restart: bool,
 }

@@ -37,6 +37,9 @@
 //! | [`gossip`] | which part of that is told to the other piles when |
 //! | [`voice`] | what a pile says of itself to the coordinator, and when |
 //! | [`reports`] | reports that are repeated until acknowledged |
+//! | [`device`] | a board is nobody yet, or a pile |
+//! | [`provisioning`] | how a board becomes a pile, and a board that is none yet |
+//! | [`unsaved`] | what of the state is to be stored |
 //! | [`store`] | what outlives a loss of power, in two sectors of flash |
 //! | [`trust`] | whom a board believes, by the keys of its identity |
 //! | `tasks` | the task that runs the core, generic over a board's drivers; only built for ARM |
@@ -49,6 +52,7 @@
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod board;
 pub mod charge;
+pub mod device;
 pub mod faults;
 pub mod gossip;
 pub mod io;
@@ -56,6 +60,7 @@ pub mod lease;
 pub mod parameters;
 pub mod pile;
 pub mod plant;
+pub mod provisioning;
 pub mod reports;
 pub mod safety;
 pub mod scaling;
@@ -64,6 +69,7 @@ pub mod table;
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod tasks;
 pub mod trust;
+pub mod unsaved;
 pub mod voice;
 
 pub use io::{Input, Outgoing, Outputs, To};

@@ -4,9 +4,13 @@ use firmware_common::{
     passes::{self, PassRule},
     presence::RssiBand,
 };
-use protocol::{BootEpoch, DurationMs, Epoch, PileId};
+use protocol::{BootEpoch, DurationMs, Epoch, PileId, PileParameters};
 
-use crate::{faults::FaultSet, safety::Limits};
+use crate::{
+    faults::FaultSet,
+    safety::Limits,
+    store::{Counters, Identity, Kept},
+};
 
 /// What a pile is told at its start.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +23,10 @@ pub struct Parameters {
     pub highest_epoch: Epoch,
     /// The faults that were latched before this start, from non-volatile memory.
     pub latched: FaultSet,
+    /// What the pile did before this start, from non-volatile memory.
+    pub counters: Counters,
+    /// What it was provisioned with, from non-volatile memory; a pile that is only modelled has none.
+    pub identity: Option<Identity>,
     /// What the pile gives a robot, in watts (g_pertime of LMPP eq. 2).
     pub power_w: f32,
     /// What voltage, current and temperature allow, and what the sensors measure.
@@ -47,6 +55,8 @@ impl Parameters {
             boot: BootEpoch(1),
             highest_epoch: Epoch(0),
             latched: FaultSet::EMPTY,
+            counters: Counters::NONE,
+            identity: None,
             power_w,
             limits: Limits::new(power_w),
             eta: DurationMs(5_000),
@@ -59,6 +69,34 @@ impl Parameters {
             },
             docked: RssiBand { enter_dbm: -60, leave_dbm: -66 },
             tag_timeout: DurationMs(2_000),
+        }
+    }
+
+    /// What non-volatile memory keeps of a pile that was provisioned as `identity`.
+    #[must_use]
+    pub fn kept(identity: Identity, kept: &Kept) -> Self {
+        let PileParameters { power, eta, voltage_max, current_max, derate_from, stop_at, .. } =
+            identity.parameters;
+        let usual = Self::new(identity.pile, power.get());
+        Self {
+            boot: kept.boot,
+            highest_epoch: kept.epoch,
+            latched: kept.latched,
+            counters: kept.counters,
+            identity: Some(identity),
+            limits: Limits {
+                voltage_max_v: voltage_max.get(),
+                current_max_a: current_max.get(),
+                derate_from_c: derate_from.get(),
+                stop_at_c: stop_at.get(),
+                ..usual.limits
+            },
+            eta,
+            docked: RssiBand {
+                enter_dbm: identity.parameters.dock_enter_dbm,
+                leave_dbm: identity.parameters.dock_leave_dbm,
+            },
+            ..usual
         }
     }
 }

@@ -10,8 +10,8 @@ use firmware_common::{
     reader::TagRead,
 };
 use protocol::{
-    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, Epoch, FaultCode, FrameError,
-    Message, Millis, Nack, NackReason, PileRow, PileState, Reference, TagId,
+    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, FaultCode, FrameError,
+    Message, Millis, Nack, NackReason, PileRow, PileState, Provision, Reference, SiteMillis, TagId,
 };
 
 use crate::{
@@ -19,14 +19,19 @@ use crate::{
     faults::{FaultSet, Faults},
     gossip::Gossip,
     io::{Input, Messages, Outgoing, Outputs, Records, To},
-    lease::{Answer, Leases, Place},
+    lease::{Answer, Lease, Leases, Place},
     parameters::Parameters,
+    provisioning::Provisioning,
     reports::Reports,
     safety::{Power, Safety, conditions},
-    store::Record,
+    store::{Counters, Journal},
     table::PileTable,
+    unsaved::{Lasting, Unsaved},
     voice::Voice,
 };
+
+/// The fault of a store that fails.
+const STORE: FaultSet = FaultSet::of(&[FaultCode::StoreFailed]);
 
 /// Tags that can stand at the contacts at a time.
 const MAX_DOCKED: usize = 4;
@@ -48,8 +53,9 @@ pub struct ChargingPile {
     table: PileTable,
     gossip: Gossip,
     voice: Voice,
-    stored_epoch: Epoch,
-    stored_latched: FaultSet,
+    counters: Counters,
+    unsaved: Unsaved,
+    provisioning: Provisioning,
     /// The last fault that was cleared by command: who commanded it, and what was answered.
     cleared: Option<(DeviceId, CommandId, Answer)>,
     /// Whether the last word before the mains are gone was said.
@@ -60,6 +66,13 @@ impl ChargingPile {
     /// A pile that has just started: contacts dead, no lease, no clock.
     #[must_use]
     pub fn new(parameters: Parameters) -> Self {
+        Self::resume(parameters, Journal::default())
+    }
+
+    /// The same, with reports that nobody has acknowledged before this start.
+    #[must_use]
+    pub fn resume(parameters: Parameters, journal: Journal) -> Self {
+        let Parameters { highest_epoch: epoch, latched, counters, .. } = parameters;
         let row = PileRow {
             pile: parameters.pile,
             boot: parameters.boot,
@@ -79,7 +92,7 @@ impl ChargingPile {
             faults: Faults::new(parameters.latched),
             safety: Safety::new(parameters.limits, parameters.power_w),
             passes: PassCounter::new(parameters.pass_rule),
-            reports: Reports::new(parameters.boot),
+            reports: Reports::new(parameters.boot, journal),
             table: PileTable::new(),
             gossip: Gossip::new(),
             voice: Voice::new(PileState {
@@ -89,8 +102,9 @@ impl ChargingPile {
                 energised: false,
                 ended: None,
             }),
-            stored_epoch: parameters.highest_epoch,
-            stored_latched: parameters.latched,
+            counters,
+            unsaved: Unsaved::new(Lasting { epoch, latched, counters }),
+            provisioning: Provisioning::new(parameters.identity),
             cleared: None,
             farewell: false,
         }
@@ -103,6 +117,7 @@ impl ChargingPile {
         let mut messages = Messages::new();
         self.take(input, &mut messages);
         self.settle();
+        let store = self.records();
         let urgent = if self.faults.active().contains(FaultCode::MainsLost) {
             self.say_farewell(&mut messages)
         } else {
@@ -110,7 +125,12 @@ impl ChargingPile {
             self.speak(&mut messages);
             false
         };
-        Outputs { power: self.safety.power(), store: self.records(), urgent, messages }
+        if self.unsaved.has_failed() {
+            // An answer may rest on what is not stored.
+            messages.retain(|outgoing| !matches!(outgoing.message, Message::Ack(_) | Message::Nack(_)));
+        }
+        let restart = self.provisioning.restart_is_due(self.now) && !self.energised();
+        Outputs { power: self.safety.power(), store, urgent, messages, restart }
     }
 
     /// What the pile does with its place.
@@ -199,6 +219,12 @@ impl ChargingPile {
                 }
             }
             Input::Discarded(_) => {}
+            Input::StoreFailed => {
+                self.unsaved.failed(self.now);
+                self.reports.store_failed();
+                self.provisioning.store_failed();
+            }
+            Input::Button { held } => self.provisioning.button(held),
             Input::Frame(frame) => match frame.header.sender {
                 DeviceId::Coordinator => self.hear_coordinator(&frame.message, messages),
                 DeviceId::Pile(_) => {
@@ -206,11 +232,13 @@ impl ChargingPile {
                         self.hear_table(table);
                     }
                 }
-                DeviceId::Service => {
-                    if let Message::ClearFault(command) = &frame.message {
+                DeviceId::Service => match &frame.message {
+                    Message::ClearFault(command) => {
                         self.clear_fault(DeviceId::Service, *command, messages);
                     }
-                }
+                    Message::Provision(provision) => self.provision(provision, messages),
+                    _ => {}
+                },
                 DeviceId::Robot(_) | DeviceId::Chassis(_) | DeviceId::Factory => {}
             },
         }
@@ -229,7 +257,7 @@ impl ChargingPile {
             Message::Grant(grant) => {
                 let place = Place {
                     site_now: self.clock.site_now(self.now),
-                    faulted: !self.faults.standing().is_empty(),
+                    faulted: !self.faults.standing().is_empty() || self.provisioning.is_over(),
                     occupied: self.is_taken_from(grant.tag),
                 };
                 let Parameters { power_w, eta, .. } = self.parameters;
@@ -261,6 +289,15 @@ impl ChargingPile {
         say(messages, to, answered(Reference::Command(command.command), answer));
     }
 
+    /// Who uses the pile goes on doing so.
+    fn provision(&mut self, provision: &Provision, messages: &mut Messages) {
+        let answer = match self.leases.current() {
+            Some(lease) => Err(NackReason::Held { by: lease.name }),
+            None => self.provisioning.provision(self.now, provision),
+        };
+        say(messages, To::Provisioner, answered(Reference::Command(provision.command), answer));
+    }
+
     /// Whether a robot stands here, or has not yet gone, that is not the one with `tag`.
     fn is_taken_from(&self, tag: TagId) -> bool {
         self.presence.tags(self.now).chain(self.served).any(|standing| standing != tag)
@@ -275,20 +312,26 @@ impl ChargingPile {
 
     /// Ends what is over, begins what can begin, and commands the power.
     fn settle(&mut self) {
-        self.faults.tick(self.now);
+        let failed = if self.unsaved.has_failed() { STORE } else { FaultSet::EMPTY };
+        self.faults.look(self.now, STORE, failed);
         if self.served.is_some_and(|tag| self.has_left(tag)) {
             self.served = None;
         }
         if let Some(reason) = self.end_of_lease() {
             self.leases.end(reason);
         }
-        if let Some(tag) = self.arrived() {
+        if let Some((lease, began)) = self.arrived() {
             self.leases.begin_charge();
-            self.served = Some(tag);
+            self.served = Some(lease.tag);
+            self.reports.begin_charge(lease.name, lease.tag, began);
         }
         // Nothing may have been planned.
         if self.leases.charge_mut().is_some_and(|charge| charge.is_complete()) {
             self.leases.end(EndReason::Completed);
+        }
+        self.account();
+        if !self.energised() {
+            self.reports.take_passes(self.now, self.period(), &mut self.passes);
         }
 
         let lease = self.leases.current();
@@ -297,13 +340,29 @@ impl ChargingPile {
         self.safety.command(self.now, permit);
     }
 
-    /// The tag of the lease's robot, if the robot has arrived on the contacts and its charge has not
-    /// begun. While another stands here too, nobody knows which of them touches them.
-    fn arrived(&self) -> Option<TagId> {
+    /// Keeps the report of the charge under way, and ends it with the charge.
+    fn account(&mut self) {
+        match (self.leases.current().and_then(|lease| lease.charge), self.leases.ended()) {
+            (Some(charge), _) => self.reports.deliver(charge.delivered()),
+            (None, Some(ended)) => {
+                let site_now = self.clock.site_now(self.now);
+                if self.reports.end_charge(ended.reason, ended.charged, site_now) {
+                    self.counters.count(ended.charged);
+                }
+            }
+            (None, None) => {}
+        }
+    }
+
+    /// The lease whose robot has arrived on the contacts, and when, if its charge has not begun. While
+    /// another stands here too, nobody knows which of them touches them. What cannot be accounted for
+    /// does not begin.
+    fn arrived(&self) -> Option<(Lease, SiteMillis)> {
         let lease = self.leases.current().filter(|lease| lease.charge.is_none())?;
         let alone = self.presence.contains(self.now, lease.tag) && !self.is_taken_from(lease.tag);
         let mated = self.safety.sample(self.now).is_some_and(|sample| sample.sensors.mated);
-        (alone && mated).then_some(lease.tag)
+        let began = self.clock.site_now(self.now)?;
+        (alone && mated && self.reports.has_place()).then_some((*lease, began))
     }
 
     fn end_of_lease(&self) -> Option<EndReason> {
@@ -341,8 +400,7 @@ impl ChargingPile {
         if let Some(told) = told {
             say(messages, To::Coordinator, Message::PileState(told.state));
         }
-        let period = self.period();
-        if let Some(report) = self.reports.due(self.now, period, &mut self.faults, &mut self.passes) {
+        if let Some(report) = self.reports.due(self.now, &mut self.faults) {
             say(messages, To::Coordinator, report);
         }
         let changed = told.is_some_and(|told| told.changed);
@@ -364,19 +422,12 @@ impl ChargingPile {
 
     /// What has changed of that which must outlive a restart.
     fn records(&mut self) -> Records {
-        let mut records = Records::new();
-        let epoch = self.leases.highest_epoch();
-        if epoch > self.stored_epoch {
-            self.stored_epoch = epoch;
-            // It fits, as the next does: a step has one of each kind.
-            let _ = records.push(Record::Epoch(epoch));
-        }
-        let latched = self.faults.latched();
-        if latched != self.stored_latched {
-            self.stored_latched = latched;
-            let _ = records.push(Record::Latched(latched.iter().collect()));
-        }
-        records
+        let lasting = Lasting {
+            epoch: self.leases.highest_epoch(),
+            latched: self.faults.latched(),
+            counters: self.counters,
+        };
+        self.unsaved.take(self.now, lasting, &mut self.provisioning, &mut self.reports)
     }
 
     fn say_hello(&mut self, messages: &mut Messages) {

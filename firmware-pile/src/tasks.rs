@@ -5,14 +5,21 @@
 //! delays a sample of the sensors. It never waits for another task: what does not fit the outbox is
 //! dropped, as a message lost on the link would be, and comes again.
 
-use defmt::warn;
+use core::fmt::Debug;
+
+use cortex_m::peripheral::SCB;
+use defmt::{Display2Format, error, info, warn};
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Ticker};
+use embedded_storage_async::nor_flash::NorFlash;
 use firmware_common::supervisor::Place;
 use firmware_common::tasks::{Inbox, News, Outbox};
-use protocol::{Availability, Millis};
+use protocol::{Availability, DeviceId, Millis, Recipient};
 
-use crate::{ChargingPile, Input, Outputs, Power, Sensors, store::Record};
+use crate::device::Device;
+use crate::provisioning::Fresh;
+use crate::store::{Record, Store};
+use crate::{ChargingPile, Input, Outputs, Power, Sensors};
 
 /// How often the sensors are read.
 const TICK: Duration = Duration::from_millis(10);
@@ -32,52 +39,65 @@ pub trait Charger {
     fn show(&mut self, _availability: Availability) {}
 }
 
-/// What a restart must not forget.
-pub trait Memory {
-    /// Stores a record. When this returns, it is stored.
-    fn store(&mut self, record: Record) -> impl Future<Output = ()>;
-}
-
-/// Runs the core: every input at its time, a sample before anything else that waits; the power first,
-/// then the memory, then the messages.
-pub async fn run(
-    mut pile: ChargingPile,
+/// Runs a board: every input at its time, a sample before anything else that waits; the power first,
+/// then the store, then the messages. `button_held` says whether the button is held.
+pub async fn run<F: NorFlash<Error: Debug>>(
+    device: Device,
     mut charger: impl Charger,
-    mut memory: impl Memory,
+    mut store: Store<F>,
+    mut button_held: impl FnMut() -> bool,
     inbox: &Inbox,
     outbox: &Outbox<OUTBOX>,
     place: Place,
 ) -> ! {
+    // A charge may begin with the first frame.
+    make_room(&mut store).await;
+    let mut pile = match device {
+        Device::Pile(pile) => pile,
+        Device::Fresh(fresh) => wait_for_identity(fresh, store, inbox, outbox, place).await,
+    };
     let mut ticker = Ticker::every(TICK);
+    let mut held = false;
     loop {
         let event = select(ticker.next(), inbox.receive()).await;
         let now = Millis(Instant::now().as_millis());
         let outputs = match &event {
             Either::First(()) => {
                 place.check_in();
+                if held != button_held() {
+                    held = !held;
+                    let outputs = pile.step(now, Input::Button { held });
+                    obey(outputs, now, &mut pile, &mut charger, &mut store, outbox).await;
+                }
                 pile.step(now, Input::Sensors(charger.sense(now)))
             }
             Either::Second(News::Frame(frame)) => pile.step(now, Input::Frame(frame)),
             Either::Second(News::Seen(seen)) => pile.step(now, (*seen).into()),
             Either::Second(News::Discarded(error)) => pile.step(now, Input::Discarded(*error)),
         };
-        obey(outputs, &mut charger, &mut memory, outbox).await;
+        obey(outputs, now, &mut pile, &mut charger, &mut store, outbox).await;
         charger.show(pile.availability());
     }
 }
 
-async fn obey(
-    outputs: Outputs,
+async fn obey<F: NorFlash<Error: Debug>>(
+    mut outputs: Outputs,
+    now: Millis,
+    pile: &mut ChargingPile,
     charger: &mut impl Charger,
-    memory: &mut impl Memory,
+    store: &mut Store<F>,
     outbox: &Outbox<OUTBOX>,
 ) {
     charger.command(outputs.power);
+    if !keep(store, &outputs.store).await {
+        outputs = pile.step(now, Input::StoreFailed);
+        charger.command(outputs.power);
+    }
+    if !pile.energised() {
+        make_room(store).await;
+    }
     if outputs.urgent {
         outbox.clear();
-    }
-    for record in outputs.store {
-        memory.store(record).await;
     }
     // Over a UART both the coordinator and, through it, the other piles are reached.
     for outgoing in outputs.messages {
@@ -85,4 +105,62 @@ async fn obey(
             warn!("link: too slow, a message is lost");
         }
     }
+    if outputs.restart {
+        restart();
+    }
+}
+
+/// Runs a board that is nobody, which has nothing to charge with, until it restarts as somebody.
+async fn wait_for_identity<F: NorFlash<Error: Debug>>(
+    mut fresh: Fresh,
+    mut store: Store<F>,
+    inbox: &Inbox,
+    outbox: &Outbox<OUTBOX>,
+    place: Place,
+) -> ! {
+    let mut ticker = Ticker::every(TICK);
+    loop {
+        let event = select(ticker.next(), inbox.receive()).await;
+        place.check_in();
+        let now = Millis(Instant::now().as_millis());
+        let outputs = match &event {
+            Either::Second(News::Frame(frame)) => fresh.step(now, Some(frame)),
+            _ => fresh.step(now, None),
+        };
+        if !keep(&mut store, outputs.store.as_slice()).await {
+            fresh.store_failed();
+            continue;
+        }
+        for message in outputs.messages {
+            if outbox.try_send((Recipient::Device(DeviceId::Service), message)).is_err() {
+                warn!("link: too slow, a message is lost");
+            }
+        }
+        if outputs.restart {
+            restart();
+        }
+    }
+}
+
+/// Stores the records; whether all of them are.
+async fn keep<F: NorFlash<Error: Debug>>(store: &mut Store<F>, records: &[Record]) -> bool {
+    for record in records {
+        if let Err(failure) = store.append(record).await {
+            error!("store: {}", Display2Format(&failure));
+            return false;
+        }
+    }
+    true
+}
+
+/// The contacts are dead: the store may erase.
+async fn make_room<F: NorFlash<Error: Debug>>(store: &mut Store<F>) {
+    if let Err(failure) = store.make_room().await {
+        error!("store: {}", Display2Format(&failure));
+    }
+}
+
+fn restart() -> ! {
+    info!("restarts as the pile it has become");
+    SCB::sys_reset()
 }

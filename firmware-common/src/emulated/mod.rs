@@ -7,11 +7,13 @@
 pub mod bench;
 mod clock;
 pub mod cost;
+mod flash;
 mod stack;
 mod uart;
 mod watchdog;
 
 pub use clock::elapsed_cycles;
+pub use flash::{EmulatedFlash, FlashError};
 pub use stack::deepest_stack;
 pub use uart::{Uart, UartReceiver, UartSender};
 pub use watchdog::EmulatedWatchdog;
@@ -19,7 +21,10 @@ pub use watchdog::EmulatedWatchdog;
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_semihosting as _;
 use protocol::BootEpoch;
-use semihosting::{process, sys::arm_compat::sys_time};
+use semihosting::{
+    process,
+    sys::arm_compat::{sys_get_cmdline_uninit, sys_time},
+};
 use stm32_metapac as pac;
 
 /// The machine's peripherals, ready to use.
@@ -53,6 +58,13 @@ impl Machine {
         }
         Some(machine)
     }
+}
+
+/// What the emulator was started with, after the program's name: the longest that is of use.
+pub fn command_line() -> heapless::String<256> {
+    let mut line = [core::mem::MaybeUninit::uninit(); 256];
+    let text = sys_get_cmdline_uninit(&mut line).ok().and_then(|line| core::str::from_utf8(line).ok());
+    text.and_then(|text| heapless::String::try_from(text).ok()).unwrap_or_default()
 }
 
 /// The number of this start. With nothing to count in, it is the host's clock in seconds, which

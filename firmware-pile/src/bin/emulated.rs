@@ -1,22 +1,33 @@
 //! The pile on the board that QEMU emulates. `cargo xtask emulate` builds and boots it.
 //!
-//! It is pile 1, unless `CHARGEHAND_PILE_ID` was set to another number when it was built.
+//! Started with the words `flash=PATH`, its flash is that file: it keeps what a board keeps, and is
+//! nobody until it is provisioned. The word `button` before that holds its button. Without a file it
+//! forgets everything, believes everybody, and is pile 1, unless `CHARGEHAND_PILE_ID` was set to another
+//! number when it was built.
 #![no_std]
 #![no_main]
 
 #[cfg(not(all(target_arch = "arm", target_os = "none")))]
 compile_error!("this image runs on an ARM core: build it with `cargo xtask firmware`");
 
+use core::ffi::CStr;
+
 use cortex_m_rt::entry;
-use firmware_common::emulated::{EmulatedWatchdog, Machine, Uart, UartReceiver, UartSender, boot_epoch};
+use embassy_futures::block_on;
+use firmware_common::emulated::{
+    EmulatedFlash, EmulatedWatchdog, Machine, Uart, UartReceiver, UartSender, boot_epoch, command_line,
+};
 use firmware_common::executor::{execute, execute_above};
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
-use firmware_pile::board::emulated::{self, ModelledCharger, VolatileMemory, seal_cost};
+use firmware_pile::board::emulated::{self, ModelledCharger, seal_cost};
+use firmware_pile::device::Device;
+use firmware_pile::store::{Kept, Store};
 use firmware_pile::tasks;
+use firmware_pile::trust::{PEERS, sessions};
 use firmware_pile::{ChargingPile, Parameters};
-use protocol::{DeviceId, PileId, Sessions};
+use protocol::{DeviceId, PileId, Sessions, Trust};
 
 const PILE: PileId = PileId(match option_env!("CHARGEHAND_PILE_ID") {
     None => 1,
@@ -40,16 +51,30 @@ fn main() -> ! {
     };
     seal_cost::log();
     let (receiver, sender) = link.split();
-    let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
-    defmt::warn!("INSECURE: this image has no keys and believes whoever can reach its link");
-    let sessions = Sessions::insecure(DeviceId::Pile(parameters.pile), parameters.boot);
-    let Some(trusted) = cortex_m::singleton!(: Trusted<0> = Trusted::new(sessions)) else {
+    let started_with = command_line();
+    let path = started_with.split_once("flash=").map(|(_, path)| path);
+    let button = started_with.split_whitespace().any(|word| word == "button");
+    let Some((store, kept)) = remembered(path) else {
+        defmt::panic!("the flash cannot be read: its file must have two sectors, erased at first");
+    };
+    let (device, sessions) = match path {
+        Some(_) => {
+            let sessions = sessions(kept.identity.as_ref(), kept.boot);
+            (Device::new(kept), sessions)
+        }
+        None => {
+            defmt::warn!("INSECURE: without a flash it has no keys and believes whoever can reach its link");
+            let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
+            let sessions = Sessions::new(DeviceId::Pile(PILE), parameters.boot, Trust::Insecure);
+            (Device::Pile(ChargingPile::new(parameters)), sessions)
+        }
+    };
+    let Some(trusted) = cortex_m::singleton!(: Trusted<PEERS> = Trusted::new(sessions)) else {
         defmt::panic!("the machine has been taken before");
     };
-    let trusted: &'static Trusted<0> = trusted;
+    let trusted: &'static Trusted<PEERS> = trusted;
     let [listening, speaking, watching, running, serving] = ROLL.places();
-    defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
-    execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(parameters, running))));
+    execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(device, store, button, running))));
     execute(|spawner| {
         spawner.spawn(defmt::unwrap!(supervise(watchdog)));
         spawner.spawn(defmt::unwrap!(listen(receiver, trusted, listening)));
@@ -65,12 +90,12 @@ async fn supervise(watchdog: EmulatedWatchdog) {
 }
 
 #[embassy_executor::task]
-async fn listen(link: UartReceiver, trusted: &'static Trusted<0>, place: Place) {
+async fn listen(link: UartReceiver, trusted: &'static Trusted<PEERS>, place: Place) {
     common::listen(link, trusted, &INBOX, place).await
 }
 
 #[embassy_executor::task]
-async fn speak(link: UartSender, trusted: &'static Trusted<0>, place: Place) {
+async fn speak(link: UartSender, trusted: &'static Trusted<PEERS>, place: Place) {
     common::speak(link, trusted, &OUTBOX, place).await
 }
 
@@ -80,9 +105,27 @@ async fn watch(reader: Uart, place: Place) {
 }
 
 #[embassy_executor::task]
-async fn run(parameters: Parameters, place: Place) {
-    let pile = ChargingPile::new(parameters);
-    tasks::run(pile, ModelledCharger::new(), VolatileMemory, &INBOX, &OUTBOX, place).await
+async fn run(device: Device, store: Store<EmulatedFlash>, button: bool, place: Place) {
+    tasks::run(device, ModelledCharger::new(), store, move || button, &INBOX, &OUTBOX, place).await
+}
+
+/// The store in the flash of this file, or in one that is erased, and what it keeps.
+fn remembered(path: Option<&str>) -> Option<(Store<EmulatedFlash>, Kept)> {
+    let mut text = heapless::String::<256>::new();
+    let path = match path {
+        None => None,
+        Some(path) => {
+            text.push_str(path).and_then(|()| text.push('\0')).ok()?;
+            Some(CStr::from_bytes_until_nul(text.as_bytes()).ok()?)
+        }
+    };
+    let (store, kept) = match block_on(Store::load(EmulatedFlash::take(path)?, 0)) {
+        Ok(loaded) => loaded,
+        Err(error) => defmt::panic!("{}", defmt::Display2Format(&error)),
+    };
+    let pile = kept.identity.map(|identity| identity.pile.0);
+    defmt::info!("keeps: pile {}, start {}, {} charges", pile, kept.boot.0, kept.counters.charges);
+    Some((store, kept))
 }
 
 #[embassy_executor::task]

@@ -7,32 +7,28 @@ compile_error!("this image runs on an ARM core: build it with `cargo xtask firmw
 
 use cortex_m_rt::entry;
 use embassy_futures::block_on;
+use embassy_stm32::gpio::Input;
 use embassy_stm32::usart::{BufferedUartRx, BufferedUartTx};
 use firmware_common::executor::{execute, execute_above};
 use firmware_common::stm32::HardwareWatchdog;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
 use firmware_pile::board::stm32::{Board, HardwareCharger, StoreFlash, TagReader, UhfReader};
-use firmware_pile::faults::FaultSet;
+use firmware_pile::device::Device;
 use firmware_pile::store::Store;
 use firmware_pile::tasks;
-use firmware_pile::{ChargingPile, Parameters};
-use protocol::{DeviceId, PileId, Sessions};
+use firmware_pile::trust::{PEERS, sessions};
 
 static INBOX: Inbox = Inbox::new();
 static OUTBOX: Outbox<{ tasks::OUTBOX }> = Outbox::new();
 static ROLL: Roll<5> = Roll::new();
-
-/// Until a board can be provisioned it is pile 1, and gives what the piles of `sites/lmpp-fig7` do.
-const PILE: PileId = PileId(1);
-const POWER_W: f32 = 500.0;
 
 #[entry]
 fn main() -> ! {
     let Some(board) = Board::take() else {
         defmt::panic!("the board has been taken before, or cannot have its baud rates");
     };
-    let Board { link_rx, link_tx, uhf_reader, tag_reader, charger, flash, watchdog, .. } = board;
+    let Board { link_rx, link_tx, uhf_reader, tag_reader, charger, flash, button, watchdog, .. } = board;
     if board.reset_by_watchdog {
         defmt::warn!("the watchdog restarted the board");
     }
@@ -41,21 +37,21 @@ fn main() -> ! {
         Ok(loaded) => loaded,
         Err(error) => defmt::panic!("{}", defmt::Display2Format(&error)),
     };
-    let parameters = Parameters {
-        boot: kept.boot,
-        highest_epoch: kept.epoch,
-        latched: FaultSet::of(&kept.latched),
-        ..Parameters::new(PILE, POWER_W)
-    };
-    defmt::warn!("INSECURE: this image has no keys and believes whoever can reach its link");
-    let sessions = Sessions::insecure(DeviceId::Pile(parameters.pile), parameters.boot);
-    let Some(trusted) = cortex_m::singleton!(: Trusted<0> = Trusted::new(sessions)) else {
+    defmt::info!(
+        "{} in its start {}: {} charges, {} s of live contacts before it",
+        kept.identity.map(|identity| identity.pile.0),
+        kept.boot.0,
+        kept.counters.charges,
+        kept.counters.live_s
+    );
+    let sessions = sessions(kept.identity.as_ref(), kept.boot);
+    let Some(trusted) = cortex_m::singleton!(: Trusted<PEERS> = Trusted::new(sessions)) else {
         defmt::panic!("the board has been taken before");
     };
-    let trusted: &'static Trusted<0> = trusted;
+    let trusted: &'static Trusted<PEERS> = trusted;
+    let device = Device::new(kept);
     let [running, listening, speaking, watching_uhf, watching_tags] = ROLL.places();
-    defmt::info!("pile {} in its start {}", parameters.pile.0, parameters.boot.0);
-    execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(parameters, charger, store, running))));
+    execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(device, charger, store, button, running))));
     execute(|spawner| {
         spawner.spawn(defmt::unwrap!(supervise(watchdog)));
         spawner.spawn(defmt::unwrap!(listen(link_rx, trusted, listening)));
@@ -66,8 +62,14 @@ fn main() -> ! {
 }
 
 #[embassy_executor::task]
-async fn run(parameters: Parameters, charger: HardwareCharger, store: Store<StoreFlash>, place: Place) {
-    tasks::run(ChargingPile::new(parameters), charger, store, &INBOX, &OUTBOX, place).await
+async fn run(
+    device: Device,
+    charger: HardwareCharger,
+    store: Store<StoreFlash>,
+    button: Input<'static>,
+    place: Place,
+) {
+    tasks::run(device, charger, store, move || button.is_high(), &INBOX, &OUTBOX, place).await
 }
 
 #[embassy_executor::task]
@@ -77,12 +79,12 @@ async fn supervise(watchdog: HardwareWatchdog) {
 }
 
 #[embassy_executor::task]
-async fn listen(link: BufferedUartRx<'static>, trusted: &'static Trusted<0>, place: Place) {
+async fn listen(link: BufferedUartRx<'static>, trusted: &'static Trusted<PEERS>, place: Place) {
     common::listen(link, trusted, &INBOX, place).await
 }
 
 #[embassy_executor::task]
-async fn speak(link: BufferedUartTx<'static>, trusted: &'static Trusted<0>, place: Place) {
+async fn speak(link: BufferedUartTx<'static>, trusted: &'static Trusted<PEERS>, place: Place) {
     common::speak(link, trusted, &OUTBOX, place).await
 }
 

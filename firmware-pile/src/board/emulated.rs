@@ -1,11 +1,9 @@
 //! What QEMU's machine does not have: a charger, which is a [`Plant`](crate::plant::Plant) here, with
-//! a test bench that breaks it, and a memory, which forgets. The machine itself is [`firmware_common::emulated`].
+//! a test bench that breaks it. The machine itself is [`firmware_common::emulated`].
 
 mod bench;
 mod charger;
-mod memory;
 pub mod seal_cost;
 
 pub use bench::serve;
 pub use charger::ModelledCharger;
-pub use memory::VolatileMemory;

@@ -45,7 +45,7 @@ use sequential_storage::map::{MapConfig, MapStorage};
 mod record;
 pub mod sectors;
 
-pub use record::{Counters, Identity, JOURNAL, Kept, Latched, Record, Report, Slot};
+pub use record::{Counters, Identity, JOURNAL, Journal, Kept, Record, Report, Slot};
 use record::{VALUE, Value, key, put};
 use sectors::{Sectors, WORD};
 

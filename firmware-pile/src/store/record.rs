@@ -2,9 +2,12 @@
 
 use heapless::Vec;
 use protocol::{
-    BootEpoch, ChargeReport, Epoch, FaultCode, Key, Message, PassReport, PileId, PileParameters, ReportId,
+    BootEpoch, ChargeReport, DurationMs, Epoch, Key, Message, PassReport, PileId, PileParameters, Provision,
+    ReportId,
 };
 use serde::{Deserialize, Serialize};
+
+use crate::faults::FaultSet;
 
 /// Reports that can wait for their acknowledgement.
 pub const JOURNAL: usize = 8;
@@ -27,8 +30,12 @@ pub struct Identity {
     pub parameters: PileParameters,
 }
 
-/// Faults that last until they are cleared, each at most once.
-pub type Latched = Vec<FaultCode, { FaultCode::ALL.len() }>;
+impl From<&Provision> for Identity {
+    fn from(provision: &Provision) -> Self {
+        let Provision { command: _, pile, device_key, site_key, boot_floor, parameters } = *provision;
+        Self { pile, device_key, site_key, boot_floor, parameters }
+    }
+}
 
 /// What the pile did in its life.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -37,6 +44,17 @@ pub struct Counters {
     pub charges: u32,
     /// For how long the contacts were live, in seconds.
     pub live_s: u32,
+}
+
+impl Counters {
+    /// Of a pile that has done nothing yet.
+    pub const NONE: Self = Self { charges: 0, live_s: 0 };
+
+    /// Another charge is over, under which the contacts were live for `live`.
+    pub const fn count(&mut self, live: DurationMs) {
+        self.charges = self.charges.saturating_add(1);
+        self.live_s = self.live_s.saturating_add(live.0 / 1_000);
+    }
 }
 
 /// A report that must reach the coordinator.
@@ -79,7 +97,7 @@ pub enum Record {
     /// The highest epoch seen.
     Epoch(Epoch),
     /// All latched faults.
-    Latched(Latched),
+    Latched(FaultSet),
     /// The counters.
     Counters(Counters),
     /// A report waits for its acknowledgement.
@@ -87,6 +105,9 @@ pub enum Record {
     /// The report in this place was acknowledged.
     Acknowledged(Slot),
 }
+
+/// Reports without acknowledgement, by their places.
+pub type Journal = [Option<Report>; JOURNAL];
 
 /// Everything that was kept.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,11 +119,11 @@ pub struct Kept {
     /// The highest epoch seen.
     pub epoch: Epoch,
     /// Faults that were not cleared.
-    pub latched: Latched,
+    pub latched: FaultSet,
     /// The counters.
     pub counters: Counters,
-    /// Reports without acknowledgement, by their places.
-    pub journal: [Option<Report>; JOURNAL],
+    /// Reports without acknowledgement.
+    pub journal: Journal,
 }
 
 /// The keys. A report's is [`FIRST_SLOT`] and its place.
@@ -132,7 +153,7 @@ impl Record {
         let key = match self {
             Self::Identity(identity) => put(&mut value, key::IDENTITY, identity)?,
             Self::Epoch(epoch) => put(&mut value, key::EPOCH, epoch)?,
-            Self::Latched(latched) => put(&mut value, key::LATCHED, latched)?,
+            Self::Latched(latched) => put(&mut value, key::LATCHED, &latched.bits())?,
             Self::Counters(counters) => put(&mut value, key::COUNTERS, counters)?,
             Self::Waiting(slot, report) => put(&mut value, key::FIRST_SLOT.saturating_add(*slot), report)?,
             Self::Acknowledged(slot) => key::FIRST_SLOT.saturating_add(*slot),
@@ -160,7 +181,7 @@ impl Kept {
             key::BOOT => self.boot = postcard::from_bytes(value)?,
             key::IDENTITY => self.identity = Some(postcard::from_bytes(value)?),
             key::EPOCH => self.epoch = postcard::from_bytes(value)?,
-            key::LATCHED => self.latched = postcard::from_bytes(value)?,
+            key::LATCHED => self.latched = FaultSet::from_bits(postcard::from_bytes(value)?),
             key::COUNTERS => self.counters = postcard::from_bytes(value)?,
             _ => {
                 let slot =

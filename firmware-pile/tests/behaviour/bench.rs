@@ -83,7 +83,7 @@ impl Bench {
         for outgoing in &outputs.messages {
             match outgoing.to {
                 To::Coordinator => self.sent.push(outgoing.message.clone()),
-                To::Service => self.serviced.push(outgoing.message.clone()),
+                To::Service | To::Provisioner => self.serviced.push(outgoing.message.clone()),
                 To::Peers => self.gossip.push(outgoing.message.clone()),
             }
         }
@@ -95,6 +95,7 @@ impl Bench {
                         self.hear(Message::TimeSync(sync));
                     }
                     Message::PassReport(report) => self.acknowledge(report.report),
+                    Message::ChargeReport(report) => self.acknowledge(report.report),
                     Message::Fault(fault) => self.acknowledge(fault.report),
                     _ => {}
                 }

@@ -42,7 +42,7 @@ fn a_fault_is_stored_before_it_is_told() {
     bench.plant.welded = true;
     let step =
         std::iter::from_fn(|| Some(bench.sample())).take(100).find(|outputs| !outputs.store.is_empty());
-    let latched = [WELDED].into_iter().collect();
+    let latched = FaultSet::of(&[WELDED]);
     assert_eq!(step.expect("it is stored").store.as_slice(), [Record::Latched(latched)]);
     let told = |bench: &Bench| bench.sent.iter().filter(|sent| matches!(sent, Message::Fault(_))).count();
     assert_eq!(told(&bench), 1);
@@ -70,7 +70,7 @@ fn coordinator_and_tool_clear_a_fault_whose_cause_is_gone() {
         let mut bench = was_welded();
         let outputs = clear(&mut bench, sender, 1, WELDED);
         assert_eq!(answer(&outputs), &cleared(1));
-        assert_eq!(outputs.store.as_slice(), [Record::Latched(std::iter::empty().collect())]);
+        assert_eq!(outputs.store.as_slice(), [Record::Latched(FaultSet::EMPTY)]);
         assert_eq!(bench.serviced.len(), usize::from(sender == DeviceId::Service));
         bench.wait(2_000);
         assert_eq!(bench.pile.availability(), Availability::Free);

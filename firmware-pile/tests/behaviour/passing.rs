@@ -21,7 +21,7 @@ fn the_literal_rule_counts_every_read() {
     bench.standing = Some((tag(3), -65));
     bench.wait(100_000);
     bench.standing = None;
-    bench.wait(5_000);
+    bench.wait(60_000);
     assert_eq!(bench.passes_of(tag(3)), 1_000);
 }
 
@@ -36,7 +36,7 @@ fn passes_of_a_lost_coordinator_are_reported_to_the_next() {
     bench.coordinator = true;
     bench.sent.clear();
     bench.standing = None;
-    bench.wait(30_000);
+    bench.wait(8 * 60_000);
     for robot in 0..40 {
         assert_eq!(bench.passes_of(tag(robot)), 1, "robot {robot}");
     }

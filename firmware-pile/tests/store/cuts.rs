@@ -1,6 +1,7 @@
 //! The power is cut in every word and every erase.
 
 use embassy_futures::block_on;
+use firmware_pile::faults::FaultSet;
 use firmware_pile::store::{Counters, Kept, Record};
 use proptest::prelude::*;
 use protocol::*;
@@ -10,8 +11,7 @@ use crate::samples::{charge, identity, load, passes, with};
 
 /// A life in which every kind of record is written, and the sectors turn.
 fn life(records: u32) -> Vec<Record> {
-    let latched: heapless::Vec<_, 14> =
-        [FaultCode::ContactorWelded, FaultCode::OverCurrent].into_iter().collect();
+    let latched = FaultSet::of(&[FaultCode::ContactorWelded, FaultCode::OverCurrent]);
     let mut life = vec![Record::Identity(identity())];
     for number in 1..=records {
         let slot = u8::try_from(number % 8).unwrap();
@@ -19,7 +19,7 @@ fn life(records: u32) -> Vec<Record> {
             0 => Record::Waiting(slot, charge(1, number)),
             1 => Record::Acknowledged(slot),
             2 => Record::Epoch(Epoch(number)),
-            3 => Record::Latched(if number % 12 == 3 { latched.clone() } else { heapless::Vec::new() }),
+            3 => Record::Latched(if number % 12 == 3 { latched } else { FaultSet::EMPTY }),
             4 => Record::Counters(Counters { charges: number, live_s: number * 60 }),
             _ => Record::Waiting(slot, passes(1, number)),
         });

@@ -1,6 +1,7 @@
 //! Room for a charge, made before it begins, and how long the flash lasts.
 
 use embassy_futures::block_on;
+use firmware_pile::faults::FaultSet;
 use firmware_pile::store::{JOURNAL, ROOM, Record};
 use protocol::*;
 
@@ -36,7 +37,7 @@ fn what_all_keys_take_leaves_most_of_a_sector() {
     let flash = Flash::new();
     let (mut store, _) = load(&flash).unwrap();
     block_on(store.append(&Record::Identity(identity()))).unwrap();
-    block_on(store.append(&Record::Latched(FaultCode::ALL.into_iter().collect()))).unwrap();
+    block_on(store.append(&Record::Latched(FaultSet::of(&FaultCode::ALL)))).unwrap();
     for slot in 0..JOURNAL {
         block_on(store.append(&Record::Waiting(u8::try_from(slot).unwrap(), passes(u32::MAX, u32::MAX))))
             .unwrap();

@@ -92,7 +92,7 @@ impl PileNode {
                 To::Coordinator => slice::from_ref(&self.coordinator),
                 To::Peers => &self.peers,
                 // Nobody brings a tool to a simulated pile.
-                To::Service => &[],
+                To::Service | To::Provisioner => &[],
             };
             self.link.send(outgoing.to.into(), &outgoing.message, addresses.iter().copied());
         }

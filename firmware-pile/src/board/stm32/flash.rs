@@ -2,8 +2,6 @@
 
 use core::ops::Range;
 
-use crate::store::{Record, Store};
-use crate::tasks::Memory;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Error, Flash};
 use embassy_stm32::peripherals::FLASH;
@@ -76,13 +74,5 @@ impl NorFlash for StoreFlash {
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         checked(offset, offset.saturating_add(bytes.len() as u32))?;
         self.0.blocking_write(offset, bytes)
-    }
-}
-
-impl Memory for Store<StoreFlash> {
-    async fn store(&mut self, record: Record) {
-        if let Err(error) = self.append(&record).await {
-            defmt::error!("store: {}", defmt::Display2Format(&error));
-        }
     }
 }
