@@ -61,14 +61,14 @@ pub async fn run<F: NorFlash<Error: Debug>>(
     loop {
         let event = select(ticker.next(), inbox.receive()).await;
         let now = Millis(Instant::now().as_millis());
+        if held != button_held() {
+            held = !held;
+            let outputs = pile.step(now, Input::Button { held });
+            obey(outputs, now, &mut pile, &mut charger, &mut store, outbox).await;
+        }
         let outputs = match &event {
             Either::First(()) => {
                 place.check_in();
-                if held != button_held() {
-                    held = !held;
-                    let outputs = pile.step(now, Input::Button { held });
-                    obey(outputs, now, &mut pile, &mut charger, &mut store, outbox).await;
-                }
                 pile.step(now, Input::Sensors(charger.sense(now)))
             }
             Either::Second(News::Frame(frame)) => pile.step(now, Input::Frame(frame)),

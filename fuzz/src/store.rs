@@ -5,8 +5,9 @@
 //! each step.
 
 use embassy_futures::block_on;
+use firmware_pile::faults::FaultSet;
 use firmware_pile::store::{Counters, JOURNAL, Kept, Record, Store};
-use protocol::{Epoch, FaultCode};
+use protocol::Epoch;
 
 use crate::flash::{Flash, SECTOR, TEARS};
 use crate::samples::{charge, identity, load, passes, with};
@@ -150,7 +151,7 @@ fn record(kind: u8, value: u8) -> Record {
     match kind {
         0 => Record::Identity(identity()),
         1 => Record::Epoch(Epoch(number)),
-        2 => Record::Latched(FaultCode::ALL.into_iter().take(usize::from(value % 15)).collect()),
+        2 => Record::Latched(FaultSet::from_bits(number)),
         3 => Record::Counters(Counters { charges: number, live_s: number }),
         4 => Record::Waiting(slot, if value < 0x80 { charge(1, number) } else { passes(1, number) }),
         _ => Record::Acknowledged(slot),

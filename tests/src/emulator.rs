@@ -86,6 +86,9 @@ pub enum Pace {
     Hurried,
 }
 
+/// Bytes of a pile's flash that are its store's.
+pub const FLASH: usize = 32 * 1024;
+
 /// A running board.
 pub struct Emulator {
     qemu: Child,
@@ -120,6 +123,22 @@ impl Emulator {
     pub fn boot_pile(link: Serial, reader: Serial, bench: Serial) -> Result<Self, EmulatorError> {
         let uarts = [(1, link), (2, reader), (6, bench)];
         Self::start("firmware-pile-emulated", &uarts, &["-icount", "shift=0"])
+    }
+
+    /// Boots the same with the file `flash` as its flash, of [`FLASH`] bytes that are `FF` at first, and
+    /// with its button held or not. The board of an erased flash is nobody yet.
+    ///
+    /// # Errors
+    /// [`EmulatorError`] says what is missing and how to get it.
+    pub fn boot_board(
+        [link, reader, bench]: [Serial; 3],
+        flash: &Path,
+        button_held: bool,
+    ) -> Result<Self, EmulatorError> {
+        let uarts = [(1, link), (2, reader), (6, bench)];
+        let button = if button_held { "button " } else { "" };
+        let words = format!("enable=on,target=native,arg={button}flash={}", flash.display());
+        Self::start("firmware-pile-emulated", &uarts, &["-icount", "shift=0", "-semihosting-config", &words])
     }
 
     /// Boots the chassis' image with USART1 as its `link`, USART2 as its RFID `reader` and USART6 as

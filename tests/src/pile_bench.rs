@@ -333,6 +333,9 @@ impl PileBench {
                     self.passes.extend(report.passes.iter().copied());
                     self.say(Message::Ack(Ack { of: Reference::Report(report.report) }));
                 }
+                Message::ChargeReport(report) => {
+                    self.say(Message::Ack(Ack { of: Reference::Report(report.report) }));
+                }
                 Message::Fault(fault) => {
                     self.faults.push((fault.code, fault.active));
                     self.say(Message::Ack(Ack { of: Reference::Report(fault.report) }));

@@ -10,3 +10,5 @@ mod charge;
 mod frames;
 #[path = "emulated_pile/hazards.rs"]
 mod hazards;
+#[path = "emulated_pile/memory.rs"]
+mod memory;
