@@ -1,109 +1,47 @@
-//! A whole site in memory: the real coordinator core, the real pile cores, simple robots, and a
-//! network that loses, repeats, delays and reorders frames, all of them sealed. All but the keys follows
-//! from a seed.
+//! A whole site in memory: the real coordinator core, the real pile cores with their stores, simple
+//! robots, and a bad line between them, all frames sealed. All of it follows from a seed.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::Arc,
 };
 
-use firmware_pile::{
-    ChargingPile, Input as PileInput, Parameters, TagRead, To,
-    plant::{Battery, Plant},
-    store::Record,
-};
+use firmware_pile::{Input as PileInput, TagRead, To, plant::Battery};
 use host_coordinator::{
     config::{Policy, RobotConfig},
     core::{
         Coordinator, Effect, Event, Input, State,
         state::{Phase, Place},
     },
-    keys::Keys,
     site::Site,
 };
 use protocol::{
-    Activity, Assignment, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Epoch, Frame,
-    FrameError, Hello, Message, Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState,
-    SealError, Session, Sessions, SiteMillis, TagId, limits,
+    BootEpoch, DeviceId, DurationMs, EnergyJ, Frame, FrameError, LeaseId, Message, PileId, Recipient,
+    RequestId, RobotId, Session, Sessions, SiteMillis, TagId, Trust, limits,
 };
+
+use crate::bad_line::{self as line, BadLine};
+use crate::board::Board;
+use crate::random::Random;
+use crate::robot::{Mode, Robot};
+use crate::secrets::{SITE_KEY, identity, key, robot_sessions, sealed};
 
 const STEP_MS: u64 = 100;
 const FULL_J: f32 = 20_000.0;
-const POWER_W: f32 = 400.0;
-const SPEED_MPS: f64 = 2.0;
+pub const POWER_W: f32 = 400.0;
 const PER_METRE_J: f32 = 20.0;
-
-/// Random numbers from a seed (SplitMix64).
-#[derive(Clone, Debug)]
-pub struct Random(u64);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    pub fn below(&mut self, end: u64) -> u64 {
-        self.next() % end
-    }
-
-    pub fn chance(&mut self, per_mille: u64) -> bool {
-        self.below(1000) < per_mille
-    }
-}
 
 /// What goes wrong, each in a thousandth of the occasions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Trouble {
-    /// Frames lost.
-    pub lost: u64,
-    /// Frames delivered twice.
-    pub repeated: u64,
-    /// The longest delay of a frame, in milliseconds.
-    pub delay_ms: u64,
+    /// On the way.
+    pub line: line::Trouble,
     /// Coordinator crashes, in each step.
     pub crash: u64,
     /// Pile restarts, in each step.
     pub pile_restart: u64,
     /// Robots that change their mind, in each step.
     pub abandon: u64,
-}
-
-struct Pile {
-    core: ChargingPile,
-    sessions: Sessions<Vec<Session>>,
-    plant: Plant,
-    boot: BootEpoch,
-    stored_epoch: Epoch,
-    started: u64,
-    cell_position: Position,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Mode {
-    Working,
-    Waiting,
-    Approaching { pile: PileId, arrival: u64 },
-    Docked { pile: PileId, since: u64, live_at: Option<u64> },
-}
-
-struct Robot {
-    config: RobotConfig,
-    greeted: bool,
-    sessions: Sessions<Vec<Session>>,
-    mode: Mode,
-    energy: f32,
-    position: Position,
-    request: RequestId,
-    parts: BTreeMap<u16, Vec<Position>>,
-    say_at: u64,
 }
 
 /// The site.
@@ -117,13 +55,19 @@ pub struct BoxSite {
     site: Arc<Site>,
     policy: Policy,
     sessions: Sessions<Vec<Session>>,
-    keys: Keys,
-    piles: BTreeMap<PileId, Pile>,
+    /// Events that have been through a restart.
+    replayed: usize,
+    pub piles: BTreeMap<PileId, Board>,
     robots: BTreeMap<RobotId, Robot>,
-    /// Frames on their way, by arrival.
-    wire: BTreeMap<(u64, u64), (DeviceId, Vec<u8>)>,
-    sent: u64,
-    random: Random,
+    pub line: BadLine,
+    pub random: Random,
+    /// No robot asks any more.
+    pub closing: bool,
+    pub pile_restarts: u32,
+    /// Times that a robot has docked.
+    pub visits: u64,
+    /// Under which leases current has flowed.
+    pub flowed: BTreeSet<(PileId, LeaseId)>,
 }
 
 impl BoxSite {
@@ -134,7 +78,6 @@ impl BoxSite {
         let policy = Policy { lease: DurationMs(20_000), ..Policy::default() };
         let mut random = Random::new(seed);
         let free: Vec<_> = site.grid.free_cells().collect();
-        let keys = keys(&site, robots);
         let robots: BTreeMap<_, _> = (1..=robots)
             .map(|number| {
                 let id = RobotId(number);
@@ -144,7 +87,7 @@ impl BoxSite {
                 let cell = free[random.below(free.len() as u64) as usize];
                 let robot = Robot {
                     config: RobotConfig { id, tag, full, energy_per_metre_j: PER_METRE_J },
-                    sessions: sessions(&keys, DeviceId::Robot(id), BootEpoch(1)),
+                    sessions: robot_sessions(id),
                     greeted: false,
                     mode: Mode::Working,
                     energy: FULL_J * (0.3 + random.below(60) as f32 / 100.0),
@@ -156,32 +99,33 @@ impl BoxSite {
                 (id, robot)
             })
             .collect();
+        let now = 1_000_000;
         let piles = site
             .piles
             .iter()
-            .map(|pile| {
-                let sessions = sessions(&keys, DeviceId::Pile(pile.id), BootEpoch(1));
-                (pile.id, Pile::new(pile.id, sessions, BootEpoch(1), Epoch(0), 0, site.position(pile.cell)))
-            })
+            .map(|pile| (pile.id, Board::new(identity(pile.id), site.position(pile.cell), now)))
             .collect();
         let configs: Vec<_> = robots.values().map(|robot| robot.config).collect();
         let coordinator = Coordinator::recover(Arc::clone(&site), policy, &configs, &[]);
         let mut this = Self {
             seed,
-            now: 1_000_000,
+            now,
             trouble: Trouble::default(),
             coordinator,
             log: Vec::new(),
             crashes: 0,
             site,
             policy,
-            sessions: keys.sessions(BootEpoch(0)),
-            keys,
+            sessions: Sessions::new(DeviceId::Coordinator, BootEpoch(0), Trust::Insecure),
+            replayed: 0,
             piles,
             robots,
-            wire: BTreeMap::new(),
-            sent: 0,
+            line: BadLine::default(),
             random,
+            closing: false,
+            pile_restarts: 0,
+            visits: 0,
+            flowed: BTreeSet::new(),
         };
         this.start_coordinator();
         this
@@ -192,14 +136,20 @@ impl BoxSite {
         self.coordinator = Coordinator::recover(Arc::clone(&self.site), self.policy, &configs, &self.log);
         self.coordinate(Input::Started { boot_floor: BootEpoch(0) });
         let boot = self.coordinator.state().boot;
-        self.sessions = self.keys.sessions(boot);
+        let piles = self.piles.keys().map(|id| DeviceId::Pile(*id));
+        let peers = piles.chain(self.robots.keys().map(|id| DeviceId::Robot(*id)));
+        let peers = peers.map(|peer| Session::new(peer, key(peer))).collect();
+        let trust = Trust::Keys { site: Some(SITE_KEY), peers };
+        self.sessions = Sessions::new(DeviceId::Coordinator, boot, trust);
     }
 
     /// A crash: everything but the log is lost, and the leases are the same after it.
     pub fn crash(&mut self) {
         self.crashes += 1;
         let before = leases(self.coordinator.state());
-        self.log = self.log.iter().map(through_json).collect();
+        self.log.iter_mut().skip(self.replayed).for_each(|event| *event = through_json(event));
+        self.replayed = self.log.len();
+        self.line.forget(DeviceId::Coordinator);
         let folded = State::fold(&self.log);
         assert_eq!(folded, *self.coordinator.state(), "seed {}: a replay gives another state", self.seed);
         self.start_coordinator();
@@ -213,22 +163,13 @@ impl BoxSite {
             if let Effect::Send { to, message } = effect
                 && let Some(bytes) = sealed(&mut self.sessions, Recipient::Device(to), &message)
             {
-                self.post(to, bytes);
+                self.post((DeviceId::Coordinator, to), &bytes);
             }
         }
     }
 
-    fn post(&mut self, to: DeviceId, bytes: Vec<u8>) {
-        let copies = if self.random.chance(self.trouble.lost) {
-            0
-        } else {
-            1 + u64::from(self.random.chance(self.trouble.repeated))
-        };
-        for _ in 0..copies {
-            let delay = 1 + self.random.below(self.trouble.delay_ms + 1);
-            self.sent += 1;
-            self.wire.insert((self.now + delay, self.sent), (to, bytes.clone()));
-        }
+    fn post(&mut self, route: (DeviceId, DeviceId), bytes: &[u8]) {
+        self.line.post(self.now, self.trouble.line, &mut self.random, route, bytes);
     }
 
     /// Runs for a time, checking everything at every step.
@@ -247,25 +188,23 @@ impl BoxSite {
         }
     }
 
-    fn opened(&mut self, receiver: DeviceId, bytes: &[u8]) -> Vec<Result<Frame, FrameError>> {
-        let sessions = match receiver {
-            DeviceId::Coordinator => &mut self.sessions,
-            DeviceId::Pile(pile) => &mut self.piles.get_mut(&pile).unwrap().sessions,
-            DeviceId::Robot(robot) => &mut self.robots.get_mut(&robot).unwrap().sessions,
+    fn opened(&mut self, route: (DeviceId, DeviceId), bytes: &[u8]) -> Vec<Result<Frame, FrameError>> {
+        match route.1 {
+            DeviceId::Coordinator => self.line.open(route, &mut self.sessions, bytes),
+            DeviceId::Pile(pile) => {
+                self.line.open(route, &mut self.piles.get_mut(&pile).unwrap().sessions, bytes)
+            }
+            DeviceId::Robot(robot) => {
+                self.line.open(route, &mut self.robots.get_mut(&robot).unwrap().sessions, bytes)
+            }
             stranger => panic!("the coordinator talks to {stranger}"),
-        };
-        let mut found = Vec::new();
-        Deframer::new().feed(bytes, |packet| found.push(sessions.open(packet.unwrap())));
-        found
+        }
     }
 
     fn deliver(&mut self) {
-        while let Some(entry) = self.wire.first_entry()
-            && entry.key().0 <= self.now
-        {
-            let (to, bytes) = entry.remove();
-            for found in self.opened(to, &bytes) {
-                match (to, found) {
+        while let Some((route, bytes)) = self.line.arrived(self.now) {
+            for found in self.opened(route, &bytes) {
+                match (route.1, found) {
                     (DeviceId::Coordinator, Ok(frame)) => self.coordinate(Input::Frame(frame)),
                     (DeviceId::Coordinator, Err(FrameError::Unauthentic { sender })) => {
                         self.coordinate(Input::Distrusted(sender));
@@ -278,28 +217,33 @@ impl BoxSite {
                     }
                     // Late, or repeated by the network.
                     (_, Err(FrameError::Replayed { .. } | FrameError::EarlierStart { .. })) => {}
-                    (to, found) => panic!("{to} got {found:?}"),
+                    (_, Err(FrameError::Crc | FrameError::Garbled | FrameError::Oversize))
+                        if self.line.figures.damaged > 0 => {}
+                    (to, found) => panic!("seed {}: {to} got {found:?}", self.seed),
                 }
             }
         }
     }
 
+    /// A pile's power goes and comes.
+    pub fn restart_pile(&mut self, id: PileId) {
+        self.pile_restarts += 1;
+        self.line.forget(DeviceId::Pile(id));
+        self.piles.get_mut(&id).unwrap().restart(self.now);
+    }
+
     fn step_piles(&mut self) {
         let ids: Vec<_> = self.piles.keys().copied().collect();
         for id in ids {
-            if self.random.chance(self.trouble.pile_restart) {
-                let pile = &self.piles[&id];
-                let boot = BootEpoch(pile.boot.0 + 1);
-                let sessions = sessions(&self.keys, DeviceId::Pile(id), boot);
-                let pile = Pile::new(id, sessions, boot, pile.stored_epoch, self.now, pile.cell_position);
-                self.piles.insert(id, pile);
+            if self.random.chance(self.trouble.pile_restart) || self.piles[&id].is_dead() {
+                self.restart_pile(id);
             }
             let docked = self.docked(id).map(|robot| robot.config.tag);
             let read = docked.map(|tag| TagRead { tag, rssi_dbm: -45 });
             self.step_pile(id, read.map_or(PileInput::ReaderIdle, PileInput::Tag));
             let pile = self.piles.get_mut(&id).unwrap();
             pile.plant.battery = docked.map(|_| Battery::new(FULL_J, 0.5 * FULL_J));
-            let sensors = pile.plant.sense(Millis(self.now - pile.started));
+            let sensors = pile.sense(self.now);
             self.step_pile(id, PileInput::Sensors(sensors));
             self.check_live(id);
         }
@@ -311,9 +255,10 @@ impl BoxSite {
 
     /// Current is given under a lease only, and to nobody but its holder. A robot that has just left
     /// is still believed for the reader's timeout.
-    fn check_live(&self, id: PileId) {
-        let core = &self.piles[&id].core;
-        if core.power().current_limit_a > 0.0 {
+    fn check_live(&mut self, id: PileId) {
+        let Board { core, plant, .. } = &self.piles[&id];
+        let flows = plant.current_a() > 0.0;
+        if plant.power().current_limit_a > 0.0 {
             let holder = core.leases().current().map(|lease| lease.name.robot);
             let docked = self.docked(id).map(|robot| robot.config.id);
             assert!(holder.is_some(), "seed {}: pile {id} is live without a lease", self.seed);
@@ -322,25 +267,22 @@ impl BoxSite {
                 "seed {}: pile {id} charges {docked:?} for {holder:?}",
                 self.seed
             );
+            if flows && let Some(lease) = core.leases().current() {
+                self.flowed.insert((id, lease.name.lease));
+            }
         }
     }
 
     fn step_pile(&mut self, id: PileId, input: PileInput<'_>) {
-        let Some(pile) = self.piles.get_mut(&id) else { return };
-        let outputs = pile.core.step(Millis(self.now - pile.started), input);
-        for record in outputs.store {
-            if let Record::Epoch(epoch) = record {
-                pile.stored_epoch = epoch;
-            }
-        }
-        pile.plant.command(outputs.power);
+        let pile = self.piles.get_mut(&id).unwrap();
         let mut post = Vec::new();
-        for outgoing in outputs.messages {
+        for outgoing in pile.step(self.now, input) {
             if outgoing.to == To::Coordinator {
                 post.extend(sealed(&mut pile.sessions, outgoing.to.into(), &outgoing.message));
             }
         }
-        post.into_iter().for_each(|bytes| self.post(DeviceId::Coordinator, bytes));
+        let route = (DeviceId::Pile(id), DeviceId::Coordinator);
+        post.into_iter().for_each(|bytes| self.post(route, &bytes));
     }
 
     fn robot_hears(&mut self, id: RobotId, frame: &Frame) {
@@ -365,7 +307,7 @@ impl BoxSite {
         let ids: Vec<_> = self.robots.keys().copied().collect();
         for id in ids {
             let abandons = self.random.chance(self.trouble.abandon);
-            let wants = self.random.chance(5);
+            let wants = self.random.chance(5) && !self.closing;
             let (now, robot) = (self.now, self.robots.get_mut(&id).unwrap());
             let before = robot.mode;
             match robot.mode {
@@ -387,8 +329,9 @@ impl BoxSite {
                         .any(|other| matches!(other.mode, Mode::Docked { pile: at, .. } if at == pile));
                     let robot = self.robots.get_mut(&id).unwrap();
                     if now >= arrival && !taken {
-                        robot.position = self.piles[&pile].cell_position;
+                        robot.position = self.piles[&pile].position;
                         robot.mode = Mode::Docked { pile, since: now, live_at: None };
+                        self.visits += 1;
                     }
                 }
                 Mode::Docked { pile, since, live_at } => {
@@ -412,7 +355,8 @@ impl BoxSite {
                     bytes.extend(sealed(&mut robot.sessions, to, &message));
                 }
             }
-            bytes.into_iter().for_each(|bytes| self.post(DeviceId::Coordinator, bytes));
+            let route = (DeviceId::Robot(id), DeviceId::Coordinator);
+            bytes.into_iter().for_each(|bytes| self.post(route, &bytes));
         }
     }
 
@@ -482,91 +426,7 @@ pub fn leases(state: &State) -> BTreeMap<PileId, (u32, RobotId, bool)> {
     state.piles.iter().filter_map(row).collect()
 }
 
-fn keys(site: &Site, robots: u16) -> Keys {
-    let mut keys = Keys::default();
-    keys.make_site().unwrap();
-    let piles = site.piles.iter().map(|pile| DeviceId::Pile(pile.id));
-    for device in piles.chain((1..=robots).map(|robot| DeviceId::Robot(RobotId(robot)))) {
-        keys.make(device).unwrap();
-    }
-    keys
-}
-
-fn sessions(keys: &Keys, device: DeviceId, boot: BootEpoch) -> Sessions<Vec<Session>> {
-    Sessions::new(device, boot, keys.trust_of(device))
-}
-
-/// Nothing but Hello goes to who was not heard.
-fn sealed(sessions: &mut Sessions<Vec<Session>>, to: Recipient, message: &Message) -> Option<Vec<u8>> {
-    match sessions.seal(to, message) {
-        Ok(bytes) => Some(bytes.to_vec()),
-        Err(SealError::Unheard { .. }) => None,
-        Err(error) => panic!("{error}"),
-    }
-}
-
 fn through_json(event: &Event) -> Event {
     let json = serde_json::to_string(&event.fact).unwrap();
     Event { at: event.at, fact: serde_json::from_str(&json).unwrap() }
-}
-
-impl Pile {
-    fn new(
-        id: PileId,
-        sessions: Sessions<Vec<Session>>,
-        boot: BootEpoch,
-        highest_epoch: Epoch,
-        started: u64,
-        cell_position: Position,
-    ) -> Self {
-        let parameters = Parameters { boot, highest_epoch, ..Parameters::new(id, POWER_W) };
-        Self {
-            core: ChargingPile::new(parameters),
-            sessions,
-            plant: Plant::new(),
-            boot,
-            stored_epoch: highest_epoch,
-            started,
-            cell_position,
-        }
-    }
-}
-
-impl Robot {
-    fn take(&mut self, part: &Assignment, now: u64) {
-        self.parts.insert(part.first, part.waypoints.to_vec());
-        let route: Vec<_> = self.parts.values().flatten().copied().collect();
-        if route.len() < usize::from(part.total) {
-            return;
-        }
-        let coordinate = |position: &Position| (f64::from(position.x.get()), f64::from(position.y.get()));
-        let length: f64 = route
-            .windows(2)
-            .map(|pair| {
-                let ((x, y), (to_x, to_y)) = (coordinate(&pair[0]), coordinate(&pair[1]));
-                (to_x - x).hypot(to_y - y)
-            })
-            .sum();
-        self.parts.clear();
-        let arrival = now + (length / SPEED_MPS * 1000.0) as u64;
-        self.mode = Mode::Approaching { pile: part.pile, arrival };
-        self.say_at = now;
-    }
-
-    fn talk(&self) -> Vec<Message> {
-        let (position, energy) = (self.position, EnergyJ::clamped(self.energy));
-        let (activity, accepted) = match self.mode {
-            Mode::Working => (Activity::Working, None),
-            Mode::Waiting => (Activity::Waiting, None),
-            Mode::Approaching { .. } => (Activity::Approaching, Some(self.request)),
-            Mode::Docked { .. } => (Activity::Docked, Some(self.request)),
-        };
-        let hello = (!self.greeted).then(|| Message::Hello(Hello::new(Epoch(0))));
-        let mut messages: Vec<_> = hello.into_iter().collect();
-        messages.push(Message::RobotState(RobotState { position, energy, activity, accepted }));
-        if self.mode == Mode::Waiting {
-            messages.push(Message::ChargeRequest(ChargeRequest { request: self.request, position, energy }));
-        }
-        messages
-    }
 }

@@ -1,9 +1,20 @@
 //! The coordinator's core among real pile cores, on networks of all kinds.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod bad_line;
+mod board;
 mod box_site;
+/// The store's own tests have the flash.
+#[path = "../../../firmware-pile/tests/store/flash.rs"]
+#[allow(dead_code)]
+mod flash;
+mod random;
+mod robot;
+mod secrets;
 mod steps;
+mod torture;
 
+use bad_line::Trouble as Line;
 use box_site::{BoxSite, Trouble};
 
 const MINUTE: u64 = 60_000;
@@ -30,16 +41,19 @@ fn whatever_is_lost_repeated_late_or_crashes_there_are_never_two_holders() {
     for seed in 0..12 {
         let mut site = BoxSite::new(seed, 8, 5);
         site.trouble = Trouble {
-            lost: 20 * (seed % 4) * 5,
-            repeated: 150,
-            delay_ms: [50, 500, 2_000, 5_000][seed as usize % 4],
+            line: Line {
+                lost: 20 * (seed % 4) * 5,
+                repeated: 150,
+                delay_ms: [50, 500, 2_000, 5_000][seed as usize % 4],
+                ..Line::default()
+            },
             crash: seed % 3,
             pile_restart: seed % 2,
             abandon: 1,
         };
         site.run(15 * MINUTE);
         // When the trouble is over, the site gets well.
-        site.trouble = Trouble { delay_ms: 50, ..Trouble::default() };
+        site.trouble = Trouble { line: Line { delay_ms: 50, ..Line::default() }, ..Trouble::default() };
         site.run(3 * MINUTE);
         assert!(site.every_asker_is_in_the_book(), "seed {seed}");
         let before = site.coordinator.state().totals;
