@@ -83,12 +83,10 @@ fn build() -> Result<Fuzzers, Failure> {
     setup::cpp()?;
     let host = toolchain::host()?;
     // With a target named, what runs in the compiler gets no flags.
-    cargo(
-        "build --quiet --release --locked --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --target",
-    )
-    .args([&host])
-    .variable("RUSTFLAGS", FLAGS)
-    .run()?;
+    cargo("build --quiet --release --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --target")
+        .args([&host])
+        .variable("RUSTFLAGS", FLAGS)
+        .run()?;
     let output = root().join("target/fuzz");
     Ok(Fuzzers { programs: output.join(host).join("release"), output })
 }
