@@ -124,7 +124,7 @@ impl Lockstep {
                     To::Coordinator => {
                         self.wire.send(DeviceId::Pile(id), DeviceId::Coordinator, outgoing.message);
                     }
-                    To::Service => {}
+                    To::Service | To::Provisioner => {}
                     To::Peers => {
                         for other in self.site.piles.iter().map(|pile| pile.id).filter(|&other| other != id) {
                             let to = DeviceId::Pile(other);

@@ -3,7 +3,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use protocol::*;
@@ -147,7 +147,7 @@ impl Desk {
     }
 }
 
-fn boot(flash: &PathBuf, reader: &UhfReader, button_held: bool) -> (Emulator, TcpStream, TestBench) {
+fn boot(flash: &Path, reader: &UhfReader, button_held: bool) -> (Emulator, TcpStream, TestBench) {
     let (link, test) = (Awaited::new().unwrap(), Awaited::new().unwrap());
     let reader = tests::emulator::Serial::Dial(reader.address());
     let serials = [link.serial().unwrap(), reader, test.serial().unwrap()];
