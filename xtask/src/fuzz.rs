@@ -176,11 +176,7 @@ impl Fuzzers {
             said.lines().skip_while(|line| !line.contains("panicked at")).nth(1).unwrap_or("see there");
         Failure::new(
             format!("{target} does not bear the input {input}: {panic} ({log})"),
-            format!(
-                "again: `{} {input}`; once it does, move the input to {}",
-                self.program(target),
-                corpus(target).display()
-            ),
+            format!("make a test of it; again: `{} {input}`", self.program(target)),
         )
     }
 }
