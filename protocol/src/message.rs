@@ -19,7 +19,7 @@
 //! | [`ClearFault`] | service tool, coordinator | pile | `Ack` or `Nack` |
 //! | [`Provision`] | service tool | board | `Ack` or `Nack` |
 //!
-//! The order of variants and fields is the wire format: see [`version`](crate::version) for what a
+//! The order of variants and fields is the wire format: see [`version`] for what a
 //! new version may change.
 
 use serde::{Deserialize, Serialize};
