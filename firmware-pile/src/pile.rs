@@ -218,6 +218,10 @@ impl ChargingPile {
                     self.say_hello(messages);
                 }
             }
+            Input::Discarded(
+                FrameError::Unauthentic { sender: DeviceId::Service }
+                | FrameError::Unsealed { sender: DeviceId::Service },
+            ) => self.answer_tool(messages),
             Input::Discarded(_) => {}
             Input::StoreFailed => {
                 self.unsaved.failed(self.now);
@@ -233,6 +237,7 @@ impl ChargingPile {
                     }
                 }
                 DeviceId::Service => match &frame.message {
+                    Message::Hello(_) => self.answer_tool(messages),
                     Message::ClearFault(command) => {
                         self.clear_fault(DeviceId::Service, *command, messages);
                     }
@@ -428,6 +433,12 @@ impl ChargingPile {
             counters: self.counters,
         };
         self.unsaved.take(self.now, lasting, &mut self.provisioning, &mut self.reports)
+    }
+
+    fn answer_tool(&mut self, messages: &mut Messages) {
+        if let Some(hello) = self.voice.answer_tool(self.now, self.leases.highest_epoch()) {
+            say(messages, To::Service, Message::Hello(hello));
+        }
     }
 
     fn say_hello(&mut self, messages: &mut Messages) {

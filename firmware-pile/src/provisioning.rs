@@ -44,7 +44,8 @@ impl Provisioning {
     /// [`NackReason::Provisioned`]: the board is somebody else, and its button is not held.
     pub fn provision(&mut self, now: Millis, provision: &Provision) -> Answer {
         let identity = Identity::from(provision);
-        if self.identity == Some(identity) {
+        // A tool that was not heard, or not at once, comes again with another count of starts.
+        if self.identity.is_some_and(|ours| ours.is_same_device(&identity)) {
             return Ok(());
         }
         if self.identity.is_some() && !self.button_held {
@@ -240,6 +241,8 @@ mod tests {
     fn a_board_that_is_somebody_becomes_another_only_while_its_button_is_held() {
         let mut board = Provisioning::new(Some(Identity::from(&provision(1, 7))));
         assert_eq!(board.provision(Millis(0), &provision(9, 7)), Ok(()), "it is that already");
+        let later = Provision { boot_floor: BootEpoch(99), ..provision(10, 7) };
+        assert_eq!(board.provision(Millis(0), &later), Ok(()), "and still is in another run of the tool");
         assert_eq!(board.unsaved(), None);
         assert_eq!(board.provision(Millis(0), &provision(2, 8)), Err(NackReason::Provisioned));
         board.button(true);

@@ -12,6 +12,8 @@ pub struct Voice {
     state: PileState,
     state_at: Option<Millis>,
     greeting: Greeting,
+    /// When a tool was answered last.
+    tool_answered_at: Option<Millis>,
 }
 
 /// A state to tell.
@@ -27,7 +29,7 @@ impl Voice {
     /// A pile that has said nothing yet and begins in `state`.
     #[must_use]
     pub const fn new(state: PileState) -> Self {
-        Self { state, state_at: None, greeting: Greeting::new() }
+        Self { state, state_at: None, greeting: Greeting::new(), tool_answered_at: None }
     }
 
     /// The state that was told last.
@@ -58,6 +60,16 @@ impl Voice {
     /// Says Hello.
     pub fn hello(&mut self, now: Millis, epoch: Epoch) -> Hello {
         self.greeting.hello(now, epoch)
+    }
+
+    /// The service tool has said Hello, or something that it would not have said if it knew of our start.
+    /// It is answered by Hello, but not while the last is fresh; it asks again.
+    pub fn answer_tool(&mut self, now: Millis, epoch: Epoch) -> Option<Hello> {
+        let due = is_due(now, self.tool_answered_at, limits::REPEAT_INTERVAL);
+        due.then(|| {
+            self.tool_answered_at = Some(now);
+            Hello::new(epoch)
+        })
     }
 
     /// The state to tell now, if it has changed or was told [`limits::STATE_INTERVAL`] ago (LMPP

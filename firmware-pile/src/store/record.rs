@@ -30,6 +30,14 @@ pub struct Identity {
     pub parameters: PileParameters,
 }
 
+impl Identity {
+    /// Whether both are one pile with one key, whatever else they say.
+    #[must_use]
+    pub fn is_same_device(&self, other: &Self) -> bool {
+        (self.pile, self.device_key, self.site_key) == (other.pile, other.device_key, other.site_key)
+    }
+}
+
 impl From<&Provision> for Identity {
     fn from(provision: &Provision) -> Self {
         let Provision { command: _, pile, device_key, site_key, boot_floor, parameters } = *provision;

@@ -1,6 +1,6 @@
 //! What a pile says unasked, and to whom it listens.
 
-use firmware_pile::{ChargingPile, Input, Parameters};
+use firmware_pile::{ChargingPile, Input, Parameters, To};
 use protocol::*;
 
 use crate::bench::{Bench, tag};
@@ -127,5 +127,23 @@ fn nobody_but_the_coordinator_commands() {
         let outputs = bench.step(Input::Frame(&frame(sender, Message::Grant(grant))));
         assert!(outputs.messages.is_empty());
         assert!(bench.pile.leases().current().is_none());
+    }
+}
+
+#[test]
+fn a_tool_is_answered_whatever_it_knows_of_the_pile_but_not_faster_than_it_may_ask() {
+    let sender = DeviceId::Service;
+    let greeting = frame(sender, hello(0));
+    for asks in [
+        Input::Frame(&greeting),
+        Input::Discarded(FrameError::Unsealed { sender }),
+        Input::Discarded(FrameError::Unauthentic { sender }),
+    ] {
+        let mut pile = ChargingPile::new(Parameters::new(PileId(1), 100.0));
+        let answered = (0..40).filter(|tick| {
+            let outputs = pile.step(Millis(tick * 50), asks);
+            outputs.messages.iter().any(|sent| sent.to == To::Service)
+        });
+        assert_eq!(answered.collect::<Vec<_>>(), [0, 20], "{asks:?}");
     }
 }
