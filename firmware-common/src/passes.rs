@@ -14,7 +14,7 @@
 //! silently. More than [`MAX_NEAR`] tags at a time may be counted more than once an approach.
 
 use heapless::Vec;
-use protocol::{DurationMs, Millis, PassCount, SiteMillis, TagId, limits};
+use protocol::{DurationMs, Millis, PassCount, PendingPass, SiteMillis, TagId, limits};
 
 use crate::presence::{Presence, RssiBand};
 
@@ -97,6 +97,11 @@ impl PassCounter {
             report.push(PassCount { tag: count.tag, period, passes: count.passes }).is_err()
         });
         report
+    }
+
+    /// What [`Self::take`] would take once the period is known, the oldest first.
+    pub fn pending(&self) -> impl Iterator<Item = PendingPass> {
+        self.counts.iter().map(|&Count { tag, period, passes }| PendingPass { tag, period, passes })
     }
 
     /// Passes that were counted for no tag because the table was full.

@@ -24,7 +24,7 @@
 //!
 //! | module | one idea |
 //! |---|---|
-//! | [`pile`] | the core: which input concerns which room, and what is said to others |
+//! | [`pile`] | the core: which input concerns which room, and what is said to others; what a tool at a desk is answered |
 //! | [`io`] | what goes into a step, and what comes out |
 //! | [`parameters`] | what differs from pile to pile |
 //! | [`lease`] | who may use the pile, and which commands are obeyed |

@@ -30,6 +30,10 @@ use crate::{
     voice::Voice,
 };
 
+mod service;
+
+use service::Telling;
+
 /// The fault of a store that fails.
 const STORE: FaultSet = FaultSet::of(&[FaultCode::StoreFailed]);
 
@@ -60,6 +64,7 @@ pub struct ChargingPile {
     cleared: Option<(DeviceId, CommandId, Answer)>,
     /// Whether the last word before the mains are gone was said.
     farewell: bool,
+    telling: Telling,
 }
 
 impl ChargingPile {
@@ -107,6 +112,7 @@ impl ChargingPile {
             provisioning: Provisioning::new(parameters.identity),
             cleared: None,
             farewell: false,
+            telling: Telling::Nothing,
         }
     }
 
@@ -125,6 +131,7 @@ impl ChargingPile {
             self.speak(&mut messages);
             false
         };
+        self.tell_table(&mut messages);
         if self.unsaved.has_failed() {
             // An answer may rest on what is not stored.
             messages.retain(|outgoing| !matches!(outgoing.message, Message::Ack(_) | Message::Nack(_)));
@@ -236,14 +243,7 @@ impl ChargingPile {
                         self.hear_table(table);
                     }
                 }
-                DeviceId::Service => match &frame.message {
-                    Message::Hello(_) => self.answer_tool(messages),
-                    Message::ClearFault(command) => {
-                        self.clear_fault(DeviceId::Service, *command, messages);
-                    }
-                    Message::Provision(provision) => self.provision(provision, messages),
-                    _ => {}
-                },
+                DeviceId::Service => self.hear_service(&frame.message, messages),
                 DeviceId::Robot(_) | DeviceId::Chassis(_) | DeviceId::Factory => {}
             },
         }
@@ -415,9 +415,10 @@ impl ChargingPile {
     }
 
     /// The mains are lost and there is power for one more frame: what is wrong. Then nothing is said
-    /// until they are back. Answers whether it was said now.
+    /// until they are back, but to a tool that asks: at a desk there may be no mains. Answers whether
+    /// it was said now.
     fn say_farewell(&mut self, messages: &mut Messages) -> bool {
-        messages.clear();
+        messages.retain(|outgoing| outgoing.to == To::Service);
         let is_first = !core::mem::replace(&mut self.farewell, true);
         if is_first {
             say(messages, To::Coordinator, Message::PileFaults(self.faults.told()));

@@ -12,7 +12,7 @@
 use firmware_common::passes::PassCounter;
 use protocol::{
     BootEpoch, ChargeReport, DurationMs, EndReason, EnergyJ, Fault, FaultCode, LeaseRef, Message, Millis,
-    PassReport, ReportId, SiteMillis, TagId, limits,
+    PassCount, PassReport, ReportId, SiteMillis, TagId, limits,
 };
 
 use crate::faults::Faults;
@@ -123,6 +123,15 @@ impl Reports {
                 *unsaved = true;
             }
         }
+    }
+
+    /// The passes that wait for their acknowledgement, sent or not.
+    pub fn pending(&self) -> impl Iterator<Item = PassCount> {
+        let reports = self.journal.iter().filter_map(|place| match place {
+            Some(Report::Passes(report)) => Some(&report.passes),
+            _ => None,
+        });
+        reports.flatten().copied()
     }
 
     /// The next change of the journal to store.

@@ -182,6 +182,17 @@ impl Keys {
         Sessions::new(DeviceId::Coordinator, boot, Trust::Keys { site: self.site, peers })
     }
 
+    /// The piles that have a key, and what a person's tool believes: each of them, by its key.
+    #[must_use]
+    pub fn piles(&self) -> (Vec<PileId>, Trust<Vec<Session>>) {
+        let keys = self.devices.iter().filter_map(|(device, key)| match device {
+            DeviceId::Pile(pile) => Some((*pile, Session::new(*device, *key))),
+            _ => None,
+        });
+        let (piles, peers) = keys.unzip();
+        (piles, Trust::Keys { site: self.site, peers })
+    }
+
     /// What `device` trusts: the coordinator, by the key that they share.
     #[must_use]
     pub fn trust_of(&self, device: DeviceId) -> Trust<Vec<Session>> {

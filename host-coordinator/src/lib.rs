@@ -16,6 +16,7 @@
 //! | [`line`](mod@line) | the line to one board: serial or TCP |
 //! | [`chassis`] | a robot's chassis on the line to this computer: drive, watch, record, plot |
 //! | [`provision`] | makes a board a pile: its identity and its keys |
+//! | [`desk`] | a pile on the line to this computer: ask it, clear its faults |
 //! | [`api`] | what programs and the dashboard can ask |
 //! | [`daemon`] | the shell that runs the core: clock, sockets, log |
 //! | [`reproduce`] | the papers' tables, computed again and compared |
@@ -27,6 +28,7 @@ pub mod chassis;
 pub mod config;
 pub mod core;
 pub mod daemon;
+pub mod desk;
 pub mod diagnostics;
 pub mod document;
 pub mod keys;

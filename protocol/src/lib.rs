@@ -81,7 +81,7 @@
 //! | `ChargeReport` | 59 |
 //! | `Query` | 2 |
 //! | `PileFaults` | 44 |
-//! | `PendingPasses` | 162 |
+//! | `PendingPasses` | 170 |
 //! | `PileParameters` | 28 |
 //! | `ClearFault` | 7 |
 //! | `Provision` | 105 |

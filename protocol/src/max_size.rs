@@ -247,6 +247,7 @@ structs! {
     FaultState { code, active, latched }
     PileFaults { faults }
     PendingPasses { passes }
+    PendingPass { tag, period, passes }
     PileParameters {
         power,
         eta,

@@ -10,5 +10,6 @@ mod faults;
 mod leases;
 mod passing;
 mod properties;
+mod service;
 mod talking;
 mod witness;

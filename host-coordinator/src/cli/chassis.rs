@@ -3,7 +3,6 @@
 use std::{
     error::Error,
     fs,
-    io::{self, IsTerminal as _, Write as _},
     path::{Path, PathBuf},
     time::{Duration, Instant, SystemTime, UNIX_EPOCH},
 };
@@ -11,7 +10,7 @@ use std::{
 use host_coordinator::{
     chassis::{
         BAUD,
-        outcome::Report,
+        outcome::{Report, SessionError},
         plot,
         recording::{Recorder, Speeds},
         run::{RunError, run},
@@ -20,11 +19,11 @@ use host_coordinator::{
     },
     line::Address,
 };
-use protocol::{BootEpoch, Odometry, SiteMillis, SpeedMps, TurnRateRadps, Twist};
+use protocol::{BootEpoch, SiteMillis, SpeedMps, TurnRateRadps, Twist};
 use serde_json::json;
 use tokio::runtime;
 
-use super::{Outcome, out, out_json, span::TimeSpan, stop::stop_signal};
+use super::{Outcome, live::LiveLine, out, out_json, out_json_line, span::TimeSpan, stop::stop_signal};
 
 /// Drive, watch and record a robot's chassis, in place of the robot's own computer
 #[derive(clap::Args)]
@@ -120,6 +119,11 @@ impl Chassis {
     }
 }
 
+/// Whether the chassis has answered, and refused.
+pub fn is_refusal(error: &RunError) -> bool {
+    matches!(error, RunError::Session(SessionError::Refused { .. }))
+}
+
 /// Runs a session; what was recorded is kept even if it fails.
 fn converse(
     address: &Address,
@@ -151,7 +155,7 @@ fn converse(
     });
     let finished = recorder.map_or(Ok(()), Recorder::finish);
     if let Some(screen) = screen {
-        screen.close();
+        screen.line.close();
     }
     ran?;
     finished?;
@@ -207,53 +211,22 @@ fn told(goal: Goal, report: &Report) -> String {
 /// Where `watch` shows what it hears.
 struct Screen {
     json: bool,
-    terminal: bool,
-    shown: Option<Instant>,
+    line: LiveLine,
 }
 
 impl Screen {
     fn new(json: bool) -> Self {
-        Self { json, terminal: io::stdout().is_terminal(), shown: None }
+        Self { json, line: LiveLine::new() }
     }
 
     fn show(&mut self, session: &Session, heard: &Heard) -> Result<(), Box<dyn Error + Send + Sync>> {
-        let mut stdout = io::stdout().lock();
         match heard {
-            Heard::Odometry(odometry) if self.json => {
-                writeln!(stdout, "{}", json!({ "odometry": odometry }))?;
-            }
-            Heard::State(state) if self.json => writeln!(stdout, "{}", json!({ "state": state }))?,
-            Heard::Odometry(odometry) => self.refresh(&mut stdout, session, odometry)?,
+            Heard::Odometry(odometry) if self.json => out_json_line(&json!({ "odometry": odometry }))?,
+            Heard::State(state) if self.json => out_json_line(&json!({ "state": state }))?,
+            Heard::Odometry(odometry) => self.line.show(|| words::status(odometry, session.state()))?,
             Heard::State(_) => {}
         }
         Ok(())
-    }
-
-    fn refresh(
-        &mut self,
-        stdout: &mut impl io::Write,
-        session: &Session,
-        odometry: &Odometry,
-    ) -> io::Result<()> {
-        let interval = Duration::from_millis(if self.terminal { 100 } else { 1_000 });
-        if self.shown.is_some_and(|shown| shown.elapsed() < interval) {
-            return Ok(());
-        }
-        self.shown = Some(Instant::now());
-        let line = words::status(odometry, session.state());
-        if self.terminal {
-            write!(stdout, "\r\x1b[2K{line}")?
-        } else {
-            writeln!(stdout, "{line}")?
-        }
-        stdout.flush()
-    }
-
-    fn close(self) {
-        if self.terminal && self.shown.is_some() {
-            // Nothing is left to do where standard output is closed.
-            let _ = writeln!(io::stdout());
-        }
     }
 }
 

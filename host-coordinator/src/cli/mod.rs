@@ -9,7 +9,9 @@ mod chassis;
 mod check;
 mod demo;
 mod keys;
+mod live;
 mod map;
+mod pile;
 mod plan;
 mod point;
 mod provision;
@@ -32,6 +34,10 @@ use serde::Serialize;
 /// How a command ends. The error's text is one sentence with the cause and the next step.
 type Outcome = Result<(), Box<dyn Error>>;
 
+/// The exit code when a board has answered, and refused. Any other failure is 1, and what is wrong
+/// on the command line is 2.
+const REFUSED: u8 = 3;
+
 /// Keeps a fleet of indoor robots charged.
 #[derive(Parser)]
 #[command(name = "chargehand", version, about, propagate_version = true)]
@@ -52,6 +58,7 @@ enum Command {
     Chassis(chassis::Chassis),
     Keys(keys::MakeKeys),
     Provision(provision::MakePile),
+    Pile(pile::Pile),
 }
 
 impl Command {
@@ -67,6 +74,7 @@ impl Command {
             Self::Chassis(command) => command.run(),
             Self::Keys(command) => command.run(),
             Self::Provision(command) => command.run(),
+            Self::Pile(command) => command.run(),
         }
     }
 }
@@ -81,9 +89,14 @@ pub fn main() -> ExitCode {
             let (bold_red, reset) = ("\x1b[1;31m", "\x1b[0m");
             // Nothing is left to do where even standard error is closed.
             let _ = writeln!(anstream::stderr(), "{bold_red}error:{reset} {error}");
-            ExitCode::FAILURE
+            if is_refusal(error.as_ref()) { ExitCode::from(REFUSED) } else { ExitCode::FAILURE }
         }
     }
+}
+
+fn is_refusal(error: &(dyn Error + 'static)) -> bool {
+    let chassis = error.downcast_ref().is_some_and(chassis::is_refusal);
+    chassis || error.downcast_ref().is_some_and(pile::is_refusal)
 }
 
 fn is_broken_pipe(error: &(dyn Error + 'static)) -> bool {
@@ -100,6 +113,11 @@ fn out_json(data: &impl Serialize) -> Outcome {
     let mut stdout = io::stdout().lock();
     // Not `to_writer`: it would hide a closed pipe inside its own error type.
     Ok(writeln!(stdout, "{}", serde_json::to_string_pretty(data)?)?)
+}
+
+/// Prints data of many for a program: a line each.
+fn out_json_line(data: &impl Serialize) -> io::Result<()> {
+    writeln!(io::stdout().lock(), "{}", serde_json::to_string(data)?)
 }
 
 /// Reads a number of 0 or more.

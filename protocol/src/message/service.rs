@@ -3,9 +3,9 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::pile::{FaultCode, PassCount};
+use super::pile::FaultCode;
 use crate::{
-    ids::{BootEpoch, CommandId, PileId},
+    ids::{BootEpoch, CommandId, PileId, TagId},
     key::Key,
     limits,
     units::{CurrentA, DurationMs, PowerW, TemperatureC, VoltageV},
@@ -72,7 +72,19 @@ pub struct ClearFault {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PendingPasses {
     /// The first of them.
-    pub passes: Vec<PassCount, { limits::PASSES_PER_REPORT }>,
+    pub passes: Vec<PendingPass, { limits::PASSES_PER_REPORT }>,
+}
+
+/// Passes of one robot in one period of the day that wait to be reported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PendingPass {
+    /// The robot's tag.
+    pub tag: TagId,
+    /// The period T_j of the day, from 0 (LMPP eq. 8); none while the pile does not know the time.
+    pub period: Option<u16>,
+    /// How often it passed.
+    pub passes: u32,
 }
 
 /// What differs from pile to pile: how it charges and what it bears.

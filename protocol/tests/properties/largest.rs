@@ -143,7 +143,7 @@ pub fn messages() -> [(Message, &'static str, usize); 30] {
             faults: full(FaultState { code: FaultCode::StoreFailed, active: true, latched: true }),
         }),
         PendingPasses(PendingPasses {
-            passes: full(PassCount { tag: TAG, period: u16::MAX, passes: u32::MAX }),
+            passes: full(PendingPass { tag: TAG, period: Some(u16::MAX), passes: u32::MAX }),
         }),
         PileParameters(PARAMETERS),
         ClearFault(ClearFault { command, code: FaultCode::StoreFailed }),

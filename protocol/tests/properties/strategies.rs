@@ -126,6 +126,12 @@ prop_compose! {
     }
 }
 
+prop_compose! {
+    fn pending_pass()(tag in tag(), period: Option<u16>, passes: u32) -> PendingPass {
+        PendingPass { tag, period, passes }
+    }
+}
+
 /// As many as a message takes, or fewer.
 fn some<T: Clone + core::fmt::Debug, const N: usize>(
     item: impl Strategy<Value = T>,
@@ -370,7 +376,7 @@ fn service() -> impl Strategy<Value = Message> {
         select(&[State, Faults, Passes, Table, Parameters][..])
             .prop_map(|topic| Message::Query(Query { topic })),
         some(fault).prop_map(|faults| Message::PileFaults(PileFaults { faults })),
-        some(pass_count()).prop_map(|passes| Message::PendingPasses(PendingPasses { passes })),
+        some(pending_pass()).prop_map(|passes| Message::PendingPasses(PendingPasses { passes })),
         parameters().prop_map(Message::PileParameters),
         (command(), select(&FaultCode::ALL[..]))
             .prop_map(|(command, code)| Message::ClearFault(ClearFault { command, code })),

@@ -256,8 +256,11 @@ fn service() -> [(Message, &'static str); 10] {
         FaultState { code: FaultCode::OverCurrent, active: false, latched: true },
         FaultState { code: FaultCode::StoreFailed, active: true, latched: false },
     ]);
-    let mut passes = Vec::new();
-    passes.extend([PassCount { tag: TAG, period: 23, passes: 128 }]);
+    let mut pending = Vec::new();
+    pending.extend([
+        PendingPass { tag: TAG, period: Some(23), passes: 128 },
+        PendingPass { tag: TAG, period: None, passes: 5 },
+    ]);
     let readings = PileReadings {
         voltage: Some(VoltageV::new(12.5).unwrap()),
         current: Some(CurrentA::new(-2.25).unwrap()),
@@ -317,8 +320,11 @@ fn service() -> [(Message, &'static str); 10] {
         (Message::Query(Query { topic: Topic::Table }), "18 | 03"),
         // two faults: code, active, latched
         (Message::PileFaults(PileFaults { faults }), "19 | 02 | 03 00 01 | 0D 01 00"),
-        // one count: tag, period, passes
-        (Message::PendingPasses(PendingPasses { passes }), "1A | 01 | 30751FEB705C5904E3D50D70 17 8001"),
+        // two counts: tag, period or none, passes
+        (
+            Message::PendingPasses(PendingPasses { passes: pending }),
+            "1A | 02 | 30751FEB705C5904E3D50D70 01 17 8001 | 30751FEB705C5904E3D50D70 00 05",
+        ),
         // power | eta | voltage, current | derate from, stop at | enter, leave
         (
             Message::PileParameters(parameters),
