@@ -4,6 +4,7 @@
 //! many bytes `FF` as the two sectors have. Without one the flash is as volatile as the machine.
 
 use core::ffi::CStr;
+use core::mem::MaybeUninit;
 
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -35,7 +36,7 @@ impl NorFlashError for FlashError {
 
 /// The flash. Reads come from memory, writes go to the file too.
 pub struct EmulatedFlash {
-    cells: &'static mut [u8; SIZE],
+    cells: &'static mut [u8],
     file: Option<File>,
 }
 
@@ -43,7 +44,12 @@ impl EmulatedFlash {
     /// The flash in the file `path`, or one that forgets. `None` when it has been taken before, or the
     /// file cannot be read.
     pub fn take(path: Option<&CStr>) -> Option<Self> {
-        let cells = cortex_m::singleton!(: [u8; SIZE] = [0xFF; SIZE])?;
+        // Filled where it is: on its way there it would not fit the stack.
+        let cells =
+            cortex_m::singleton!(: [MaybeUninit<u8>; SIZE] = [const { MaybeUninit::uninit() }; SIZE])?;
+        cells.fill(MaybeUninit::new(0xFF));
+        // Safety: all of it was just filled.
+        let cells: &'static mut [u8] = unsafe { cells.assume_init_mut() };
         let file = match path {
             None => None,
             Some(path) => {
