@@ -40,9 +40,10 @@ pub trait Charger {
 }
 
 /// Runs a board: every input at its time, a sample before anything else that waits; the power first,
-/// then the store, then the messages. `button_held` says whether the button is held.
+/// then the store, then the messages. `button_held` says whether the button is held. The device is too
+/// large to be handed over on a stack.
 pub async fn run<F: NorFlash<Error: Debug>>(
-    device: Device,
+    device: &mut Device,
     mut charger: impl Charger,
     mut store: Store<F>,
     mut button_held: impl FnMut() -> bool,
@@ -52,21 +53,24 @@ pub async fn run<F: NorFlash<Error: Debug>>(
 ) -> ! {
     // A charge may begin with the first frame.
     make_room(&mut store).await;
-    let mut pile = match device {
+    let pile = match device {
         Device::Pile(pile) => pile,
         Device::Fresh(fresh) => wait_for_identity(fresh, store, inbox, outbox, place).await,
     };
+    let mut held = button_held();
+    if held {
+        // Frames that wait already were sent while it was.
+        pile.step(Millis(Instant::now().as_millis()), Input::Button { held });
+    }
     let mut ticker = Ticker::every(TICK);
-    let mut held = false;
     loop {
         let event = select(ticker.next(), inbox.receive()).await;
         let now = Millis(Instant::now().as_millis());
-        if held != button_held() {
-            held = !held;
-            let outputs = pile.step(now, Input::Button { held });
-            obey(outputs, now, &mut pile, &mut charger, &mut store, outbox).await;
-        }
         let outputs = match &event {
+            Either::First(()) if held != button_held() => {
+                held = !held;
+                pile.step(now, Input::Button { held })
+            }
             Either::First(()) => {
                 place.check_in();
                 pile.step(now, Input::Sensors(charger.sense(now)))
@@ -75,7 +79,7 @@ pub async fn run<F: NorFlash<Error: Debug>>(
             Either::Second(News::Seen(seen)) => pile.step(now, (*seen).into()),
             Either::Second(News::Discarded(error)) => pile.step(now, Input::Discarded(*error)),
         };
-        obey(outputs, now, &mut pile, &mut charger, &mut store, outbox).await;
+        obey(outputs, now, pile, &mut charger, &mut store, outbox).await;
         charger.show(pile.availability());
     }
 }
@@ -112,7 +116,7 @@ async fn obey<F: NorFlash<Error: Debug>>(
 
 /// Runs a board that is nobody, which has nothing to charge with, until it restarts as somebody.
 async fn wait_for_identity<F: NorFlash<Error: Debug>>(
-    mut fresh: Fresh,
+    fresh: &mut Fresh,
     mut store: Store<F>,
     inbox: &Inbox,
     outbox: &Outbox<OUTBOX>,

@@ -57,17 +57,22 @@ fn main() -> ! {
     let Some((store, kept)) = remembered(path) else {
         defmt::panic!("the flash cannot be read: its file must have two sectors, erased at first");
     };
-    let (device, sessions) = match path {
-        Some(_) => {
-            let sessions = sessions(kept.identity.as_ref(), kept.boot);
-            (Device::new(kept), sessions)
-        }
+    let (boot, sessions) = match path {
+        Some(_) => (kept.boot, sessions(kept.identity.as_ref(), kept.boot)),
         None => {
             defmt::warn!("INSECURE: without a flash it has no keys and believes whoever can reach its link");
-            let parameters = Parameters { boot: boot_epoch(), ..Parameters::new(PILE, POWER_W) };
-            let sessions = Sessions::new(DeviceId::Pile(PILE), parameters.boot, Trust::Insecure);
-            (Device::Pile(ChargingPile::new(parameters)), sessions)
+            let boot = boot_epoch();
+            (boot, Sessions::new(DeviceId::Pile(PILE), boot, Trust::Insecure))
         }
+    };
+    let modelled = || Device::Pile(ChargingPile::new(Parameters { boot, ..Parameters::new(PILE, POWER_W) }));
+    let device = if path.is_some() {
+        cortex_m::singleton!(: Device = Device::new(kept))
+    } else {
+        cortex_m::singleton!(: Device = modelled())
+    };
+    let Some(device) = device else {
+        defmt::panic!("the machine has been taken before");
     };
     let Some(trusted) = cortex_m::singleton!(: Trusted<PEERS> = Trusted::new(sessions)) else {
         defmt::panic!("the machine has been taken before");
@@ -105,7 +110,7 @@ async fn watch(reader: Uart, place: Place) {
 }
 
 #[embassy_executor::task]
-async fn run(device: Device, store: Store<EmulatedFlash>, button: bool, place: Place) {
+async fn run(device: &'static mut Device, store: Store<EmulatedFlash>, button: bool, place: Place) {
     tasks::run(device, ModelledCharger::new(), store, move || button, &INBOX, &OUTBOX, place).await
 }
 

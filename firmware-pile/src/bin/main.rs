@@ -49,7 +49,9 @@ fn main() -> ! {
         defmt::panic!("the board has been taken before");
     };
     let trusted: &'static Trusted<PEERS> = trusted;
-    let device = Device::new(kept);
+    let Some(device) = cortex_m::singleton!(: Device = Device::new(kept)) else {
+        defmt::panic!("the board has been taken before");
+    };
     let [running, listening, speaking, watching_uhf, watching_tags] = ROLL.places();
     execute_above(|spawner| spawner.spawn(defmt::unwrap!(run(device, charger, store, button, running))));
     execute(|spawner| {
@@ -63,7 +65,7 @@ fn main() -> ! {
 
 #[embassy_executor::task]
 async fn run(
-    device: Device,
+    device: &'static mut Device,
     charger: HardwareCharger,
     store: Store<StoreFlash>,
     button: Input<'static>,
