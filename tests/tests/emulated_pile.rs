@@ -6,6 +6,8 @@
 
 #[path = "emulated_pile/charge.rs"]
 mod charge;
+#[path = "emulated_pile/desk.rs"]
+mod desk;
 #[path = "emulated_pile/frames.rs"]
 mod frames;
 #[path = "emulated_pile/hazards.rs"]
