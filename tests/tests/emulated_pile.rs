@@ -14,3 +14,5 @@ mod frames;
 mod hazards;
 #[path = "emulated_pile/memory.rs"]
 mod memory;
+#[path = "emulated_pile/provisioning.rs"]
+mod provisioning;

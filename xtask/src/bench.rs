@@ -62,10 +62,11 @@ fn print_json(Costs { ticks, p50, worst, stack_bytes }: &Costs, images: &[(&str,
     println!("{}", json!({ "tick_instructions": tick, "stack_bytes": stack_bytes, "images": images }));
 }
 
-/// What the pile's frames and ticks have cost.
+/// What the pile's frames, records and ticks have cost.
 #[derive(Deserialize)]
 struct PileCosts {
     frames: Vec<FrameCost>,
+    records: Vec<RecordCost>,
     over_current_to_open: Reaction,
     tick: Ticks,
     stack_bytes: u32,
@@ -96,6 +97,13 @@ struct FrameCost {
     open_insecure: u32,
 }
 
+/// Instructions to store the largest record of a kind, the flash's own time not counted.
+#[derive(Deserialize, Serialize)]
+struct RecordCost {
+    record: String,
+    instructions: u32,
+}
+
 /// Measures the pile.
 pub fn pile(json: bool) -> Result<(), Failure> {
     let toolchain = setup::all()?;
@@ -104,12 +112,13 @@ pub fn pile(json: bool) -> Result<(), Failure> {
     let costs: PileCosts = serde_json::from_str(&printed).map_err(|error| {
         Failure::new(format!("the bench printed {printed:?} ({error})"), "report this as a defect of xtask")
     })?;
-    let PileCosts { frames, over_current_to_open, tick, stack_bytes } = costs;
+    let PileCosts { frames, records, over_current_to_open, tick, stack_bytes } = costs;
     if json {
         println!(
             "{}",
             json!({
                 "frame_instructions": frames,
+                "record_instructions": records,
                 "over_current_to_open": over_current_to_open,
                 "tick_instructions": tick,
                 "stack_bytes": stack_bytes,
@@ -126,6 +135,9 @@ pub fn pile(json: bool) -> Result<(), Failure> {
         println!(
             "{frame}: seal {seal}, open {open} instructions; without a seal {seal_insecure} and {open_insecure}"
         );
+    }
+    for RecordCost { record, instructions } in &records {
+        println!("{record}: {instructions} instructions to store");
     }
     Ok(())
 }

@@ -21,7 +21,7 @@ use firmware_common::executor::{execute, execute_above};
 use firmware_common::reader::r200::R200;
 use firmware_common::supervisor::{Place, Roll};
 use firmware_common::tasks::{self as common, Inbox, Outbox, Trusted};
-use firmware_pile::board::emulated::{self, ModelledCharger, seal_cost};
+use firmware_pile::board::emulated::{self, ModelledCharger, seal_cost, store_cost};
 use firmware_pile::device::Device;
 use firmware_pile::store::{Kept, Store};
 use firmware_pile::tasks;
@@ -54,12 +54,13 @@ fn main() -> ! {
     let started_with = command_line();
     let path = started_with.split_once("flash=").map(|(_, path)| path);
     let button = started_with.split_whitespace().any(|word| word == "button");
-    let Some((store, kept)) = remembered(path) else {
+    let Some((mut store, kept)) = remembered(path) else {
         defmt::panic!("the flash cannot be read: its file must have two sectors, erased at first");
     };
     let (boot, sessions) = match path {
         Some(_) => (kept.boot, sessions(kept.identity.as_ref(), kept.boot)),
         None => {
+            store_cost::log(&mut store);
             defmt::warn!("INSECURE: without a flash it has no keys and believes whoever can reach its link");
             let boot = boot_epoch();
             (boot, Sessions::new(DeviceId::Pile(PILE), boot, Trust::Insecure))

@@ -4,6 +4,7 @@
 mod bench;
 mod charger;
 pub mod seal_cost;
+pub mod store_cost;
 
 pub use bench::serve;
 pub use charger::ModelledCharger;

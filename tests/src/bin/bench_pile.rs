@@ -1,4 +1,4 @@
-//! Of `cargo xtask bench pile`: what frames and control ticks cost the pile's image in QEMU, and how
+//! Of `cargo xtask bench pile`: what frames, records and control ticks cost the image in QEMU, and how
 //! quickly it opens on an over-current, in instructions, as JSON.
 
 use std::process::ExitCode;
@@ -12,20 +12,23 @@ use tests::pile_bench::PileBench;
 const SOON: Duration = Duration::from_secs(30);
 /// How many kinds of frames are measured.
 const FRAMES: usize = 2;
+/// How many kinds of records, which the log tells of after the frames.
+const RECORDS: usize = 4;
 
 fn main() -> ExitCode {
     match measure() {
-        Ok(frames) if frames.len() == FRAMES => {
+        Ok((frames, records)) if (frames.len(), records.len()) == (FRAMES, RECORDS) => {
             let mut measured = react();
             if let Some(fields) = measured.as_object_mut() {
                 fields.insert("frames".into(), json!(frames));
+                fields.insert("records".into(), json!(records));
             }
             println!("{measured}");
             ExitCode::SUCCESS
         }
         Ok(_) => {
             eprintln!(
-                "error: the pile's log does not say what its frames cost; was it built with DEFMT_LOG=info?"
+                "error: the pile's log does not say what its frames and records cost; was it built with DEFMT_LOG=info?"
             );
             ExitCode::FAILURE
         }
@@ -56,15 +59,22 @@ fn react() -> Value {
     })
 }
 
-fn measure() -> Result<Vec<Value>, EmulatorError> {
+fn measure() -> Result<(Vec<Value>, Vec<Value>), EmulatorError> {
     let mut board = Emulator::boot_counting()?;
-    let mut costs = Vec::new();
-    while costs.len() < FRAMES
+    let (mut frames, mut records) = (Vec::new(), Vec::new());
+    while records.len() < RECORDS
         && let Some(line) = board.next_line(SOON)
     {
-        costs.extend(line.split_once("cost of a frame: ").map(|(_, text)| cost(text)));
+        frames.extend(line.split_once("cost of a frame: ").map(|(_, text)| cost(text)));
+        records.extend(line.split_once("cost of a record: ").and_then(|(_, text)| record(text)));
     }
-    Ok(costs)
+    Ok((frames, records))
+}
+
+/// `charge 1`
+fn record(text: &str) -> Option<Value> {
+    let (record, instructions) = text.split_once(' ')?;
+    Some(json!({ "record": record, "instructions": instructions.trim().parse::<u32>().ok()? }))
 }
 
 /// `grant seal 1 open 2 without a seal 3 4`

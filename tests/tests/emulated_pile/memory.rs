@@ -58,10 +58,16 @@ impl Desk {
         self.link.write_all(&frame).unwrap();
     }
 
-    /// What the board says, with its start, until `pick` finds something in it. A Hello is answered, and
-    /// a question for the time.
+    /// What `pick` finds in what the board says, which is said soon.
     fn expect<T>(&mut self, what: &str, pick: impl Fn(&Frame) -> Option<T>) -> T {
-        let deadline = Instant::now() + 3 * SOON;
+        self.listen(3 * SOON, pick)
+            .unwrap_or_else(|| panic!("the board does not say {what}; its log: {:#?}", self.board.log()))
+    }
+
+    /// What `pick` finds in what the board says within `time`. A Hello is answered, and a question for
+    /// the time.
+    fn listen<T>(&mut self, time: Duration, pick: impl Fn(&Frame) -> Option<T>) -> Option<T> {
+        let deadline = Instant::now() + time;
         self.link.set_read_timeout(Some(Duration::from_millis(100))).unwrap();
         while Instant::now() < deadline {
             let mut buffer = [0; 1024];
@@ -86,11 +92,11 @@ impl Desk {
                     _ => {}
                 }
                 if let Some(found) = pick(&frame) {
-                    return found;
+                    return Some(found);
                 }
             }
         }
-        panic!("the board does not say {what}; its log: {:#?}", self.board.log());
+        None
     }
 
     /// The board's Hello: in which start, and the highest epoch it has seen.
@@ -103,12 +109,7 @@ impl Desk {
     }
 
     fn answer(&mut self, command: u32) -> Result<(), NackReason> {
-        let command = Reference::Command(CommandId(command));
-        self.expect("its answer", |frame| match frame.message {
-            Message::Ack(Ack { of }) if of == command => Some(Ok(())),
-            Message::Nack(Nack { of, reason }) if of == command => Some(Err(reason)),
-            _ => None,
-        })
+        self.expect("its answer", |frame| answer_to(command, frame))
     }
 
     /// Says so until it is answered: a frame on a line that has just been opened may be lost.
@@ -129,8 +130,13 @@ impl Desk {
         let command_id = CommandId(command);
         let provision =
             Provision { command: command_id, pile, device_key: KEY, site_key: KEY, boot_floor, parameters };
-        self.say(&Message::Provision(provision));
-        self.answer(command)
+        for _ in 0..60 {
+            self.say(&Message::Provision(provision));
+            if let Some(answer) = self.listen(Duration::from_secs(1), |frame| answer_to(command, frame)) {
+                return answer;
+            }
+        }
+        panic!("the board does not answer; its log: {:#?}", self.board.log());
     }
 
     fn report(&mut self) -> Message {
@@ -144,6 +150,15 @@ impl Desk {
 
     fn acknowledge(&mut self, report: ReportId) {
         self.say(&Message::Ack(Ack { of: Reference::Report(report) }));
+    }
+}
+
+fn answer_to(command: u32, frame: &Frame) -> Option<Result<(), NackReason>> {
+    let command = Reference::Command(CommandId(command));
+    match frame.message {
+        Message::Ack(Ack { of }) if of == command => Some(Ok(())),
+        Message::Nack(Nack { of, reason }) if of == command => Some(Err(reason)),
+        _ => None,
     }
 }
 
