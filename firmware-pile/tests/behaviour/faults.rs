@@ -1,5 +1,6 @@
 //! What a pile does when something in it breaks.
 
+use firmware_pile::{Input, TagRead, store::Record};
 use protocol::*;
 
 use crate::bench::{Bench, Reader, ack, nack, tag};
@@ -132,4 +133,49 @@ fn a_charged_robot_that_a_silent_reader_does_not_see_still_occupies_the_pile() {
     assert_eq!(bench.pile.availability(), Availability::Done);
     let grant = bench.grant(1, 8, 4, 1_000.0);
     assert_eq!(bench.send(grant), nack(&grant, NackReason::Occupied));
+}
+
+/// What a sample, and the robot's tag after it, give to store.
+fn sampled(bench: &mut Bench) -> Vec<Record> {
+    let sample = bench.sample();
+    let read = bench.step(Input::Tag(TagRead { tag: tag(3), rssi_dbm: -45 }));
+    sample.store.into_iter().chain(read.store).collect()
+}
+
+#[test]
+fn a_store_that_fails_ends_the_charge_answers_nothing_and_is_asked_again_for_all_of_it() {
+    let mut bench = charging();
+    // Another coordinator extends the lease; its epoch must be kept before anybody is answered.
+    let grant = bench.grant(2, 7, 3, 10_000.0);
+    let kept = Record::Epoch(Epoch(2));
+    assert!(bench.hear(Message::Grant(grant)).store.contains(&kept));
+    let said = bench.step(Input::StoreFailed).messages;
+    assert!(said.iter().all(|outgoing| outgoing.message != ack(&grant)), "{said:?}");
+    let failed_at = bench.now;
+    while bench.live() {
+        bench.sample();
+        assert!(bench.now.since(failed_at).0 <= 300, "the contacts are still live");
+    }
+    assert_eq!(reason(&bench), Some(EndReason::Fault));
+
+    // It goes on failing: asked once a second, told once.
+    let mut asked = 0;
+    while bench.now.since(failed_at).0 < 5_500 {
+        if !sampled(&mut bench).is_empty() {
+            bench.step(Input::StoreFailed);
+            asked += 1;
+        }
+    }
+    assert_eq!(asked, 5);
+    assert_eq!(bench.pile.availability(), Availability::Fault);
+    assert_eq!(faults(&bench), [(FaultCode::StoreFailed, true)]);
+
+    // It works again: what it was to keep is asked for once more, and the fault goes.
+    let mut stored = Vec::new();
+    while bench.now.since(failed_at).0 < 9_000 {
+        stored.extend(sampled(&mut bench));
+    }
+    assert_eq!(stored.iter().filter(|record| **record == kept).count(), 1, "{stored:?}");
+    assert_ne!(bench.pile.availability(), Availability::Fault);
+    assert_eq!(faults(&bench), [(FaultCode::StoreFailed, true), (FaultCode::StoreFailed, false)]);
 }
