@@ -34,11 +34,14 @@ impl fmt::Display for Cell {
 /// The largest width and height of a grid, so that every cell's index fits 32 bits.
 pub const MAX_SIDE: u32 = 65_535;
 
-/// A rectangle of cells, each free or blocked; everything outside is blocked. One bit a cell.
+/// A rectangle of cells, each free or blocked; everything outside is blocked. One bit a cell, and every
+/// row starts a word, so that a search reads 64 cells at once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grid {
     width: u32,
     height: u32,
+    /// Words a row: enough for one cell more than there are, which is blocked.
+    words: usize,
     free: Vec<u64>,
 }
 
@@ -61,8 +64,8 @@ impl Grid {
         if width.max(height) > MAX_SIDE {
             return Err(TooLarge { width, height });
         }
-        let cells = width as usize * height as usize;
-        Ok(Self { width, height, free: vec![0; cells.div_ceil(64)] })
+        let words = width as usize / 64 + 1;
+        Ok(Self { width, height, words, free: vec![0; words * height as usize] })
     }
 
     /// Columns.
@@ -106,24 +109,35 @@ impl Grid {
     /// Whether a robot can be on `cell`.
     #[must_use]
     pub fn is_free(&self, cell: Cell) -> bool {
-        self.index(cell).is_some_and(|index| self.is_free_at(index))
+        self.bit(cell).is_some_and(|(word, bit)| self.free.get(word).is_some_and(|word| word & bit != 0))
     }
 
-    pub(crate) fn is_free_at(&self, index: usize) -> bool {
-        self.free.get(index / 64).is_some_and(|word| word >> (index % 64) & 1 == 1)
+    /// The cells of a row, cell `x` in bit `x % 64` of word `x / 64`, 1 where free. At least one bit
+    /// after the last cell is 0, as are all that follow. No words outside the grid.
+    #[must_use]
+    pub fn row(&self, y: i32) -> &[u64] {
+        let Ok(row) = usize::try_from(y) else { return &[] };
+        let start = row.saturating_mul(self.words);
+        self.free.get(start..start.saturating_add(self.words)).unwrap_or_default()
+    }
+
+    /// The word and the bit in it that say whether `cell` is free; `None` outside.
+    fn bit(&self, cell: Cell) -> Option<(usize, u64)> {
+        let (x, y) = (u32::try_from(cell.x).ok()?, u32::try_from(cell.y).ok()?);
+        (x < self.width && y < self.height)
+            .then(|| (y as usize * self.words + x as usize / 64, 1 << (x % 64)))
     }
 
     /// Frees or blocks `cell`; nothing happens outside the grid.
     pub fn set(&mut self, cell: Cell, free: bool) {
-        let Some(index) = self.index(cell) else { return };
-        if let Some(word) = self.free.get_mut(index / 64) {
-            let bit = 1 << (index % 64);
+        let Some((word, bit)) = self.bit(cell) else { return };
+        if let Some(word) = self.free.get_mut(word) {
             *word = if free { *word | bit } else { *word & !bit };
         }
     }
 
     /// The free cells, row by row.
     pub fn free_cells(&self) -> impl Iterator<Item = Cell> + '_ {
-        (0..self.len()).filter(|&index| self.is_free_at(index)).map(|index| self.cell(index))
+        (0..self.len()).map(|index| self.cell(index)).filter(|&cell| self.is_free(cell))
     }
 }

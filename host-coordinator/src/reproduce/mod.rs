@@ -1,5 +1,6 @@
 //! The papers' tables, computed again and compared with what is printed: a module a paper.
 
+pub mod figure;
 pub mod lmpp;
 mod row;
 

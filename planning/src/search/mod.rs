@@ -41,6 +41,36 @@ pub struct Found {
     pub expanded: u32,
 }
 
+/// Plans between any two cells of the map it was made for.
+///
+/// One trait for all planners, so that they can be measured and compared alike. What a planner keeps
+/// of its map is in the planner; what a query needs is in the workspace, which is handed over, so that
+/// threads share one planner. After some queries of the same map a workspace allocates no more.
+pub trait Planner {
+    /// The memory of a query.
+    type Workspace: Default;
+
+    /// The shortest path, or whatever else the planner's own documentation promises.
+    ///
+    /// # Errors
+    /// [`SearchError`] if an end is outside or blocked, or there is no path.
+    fn plan<'w>(
+        &self,
+        from: Cell,
+        to: Cell,
+        workspace: &'w mut Self::Workspace,
+    ) -> Result<Plan<'w>, SearchError>;
+}
+
+/// What a [`Planner`] answers; it lives until the next query.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan<'w> {
+    /// The path.
+    pub path: &'w Path,
+    /// How many nodes were expanded.
+    pub expanded: u32,
+}
+
 /// Why there is no path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SearchError {
@@ -148,7 +178,7 @@ impl Ways<'_> {
 pub(crate) fn free_index(grid: &Grid, cell: Cell) -> Result<usize, SearchError> {
     let (width, height) = (grid.width(), grid.height());
     let index = grid.index(cell).ok_or(SearchError::Outside { cell, width, height })?;
-    if grid.is_free_at(index) { Ok(index) } else { Err(SearchError::Blocked { cell }) }
+    if grid.is_free(cell) { Ok(index) } else { Err(SearchError::Blocked { cell }) }
 }
 
 impl Workspace {
