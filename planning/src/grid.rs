@@ -68,6 +68,16 @@ impl Grid {
         Ok(Self { width, height, words, free: vec![0; words * height as usize] })
     }
 
+    /// A grid with every cell free.
+    #[must_use]
+    pub fn open(width: u16, height: u16) -> Self {
+        let words = usize::from(width) / 64 + 1;
+        let free = vec![0; words * usize::from(height)];
+        let mut grid = Self { width: width.into(), height: height.into(), words, free };
+        (0..grid.len()).for_each(|index| grid.set(grid.cell(index), true));
+        grid
+    }
+
     /// Columns.
     #[must_use]
     pub const fn width(&self) -> u32 {

@@ -14,6 +14,8 @@
 //! | [`congestion`] | which doors to avoid when |
 //! | [`memory`] | banks of paths that never change |
 //! | [`lmpp`] | paths put together from memory |
+//! | [`parking`] | parking lots with cars at random |
+//! | [`swarm`] | paths by wolves and particles |
 //! | [`formats`] | maps as other programs write them |
 //!
 //! ```
@@ -33,6 +35,8 @@ pub mod grid;
 pub mod lmpp;
 pub mod memory;
 pub mod moves;
+pub mod parking;
 pub mod path;
 pub mod rooms;
 pub mod search;
+pub mod swarm;

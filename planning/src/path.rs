@@ -21,6 +21,14 @@ impl Path {
         Self { waypoints: vec![cell], length: Length::default() }
     }
 
+    /// The path of a robot that stays at `cell`, in the memory of this one.
+    pub(crate) fn restarted(mut self, cell: Cell) -> Self {
+        self.waypoints.clear();
+        self.waypoints.push(cell);
+        self.length = Length::default();
+        self
+    }
+
     /// A path that was taken apart by [`Self::waypoints`] and [`Self::length`].
     pub(crate) const fn from_parts(waypoints: Vec<Cell>, length: Length) -> Self {
         Self { waypoints, length }
