@@ -9,6 +9,7 @@
 //! | [`moves`] | how a robot steps from cell to cell, and the one corner rule |
 //! | [`path`] | waypoints and exact lengths |
 //! | [`search`] | A* for one goal, Dijkstra for many |
+//! | [`indexed`] | any start to any goal through an index of the map |
 //! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
 //! | [`congestion`] | which doors to avoid when |
@@ -32,6 +33,7 @@ pub mod congestion;
 pub mod field;
 pub mod formats;
 pub mod grid;
+pub mod indexed;
 pub mod lmpp;
 pub mod memory;
 pub mod moves;

@@ -34,10 +34,24 @@ impl Path {
         Self { waypoints, length }
     }
 
+    /// Starts anew at `cell`, in the same memory.
+    pub(crate) fn restart(&mut self, cell: Cell) {
+        self.waypoints.clear();
+        self.waypoints.push(cell);
+        self.length = Length::default();
+    }
+
     /// Goes on by one move.
     pub fn step(&mut self, step: Step) {
-        let end = self.end();
-        let next = end.offset(step.0, step.1);
+        self.run(step, 1);
+    }
+
+    /// Goes on by `count` times the same move.
+    pub(crate) fn run(&mut self, step: Step, count: u32) {
+        if count == 0 {
+            return;
+        }
+        let next = self.end().offset(step.0 * count as i32, step.1 * count as i32);
         match *self.waypoints.as_slice() {
             [.., before, last] if single_step(before, last) == Some(step) => {
                 if let Some(last) = self.waypoints.last_mut() {
@@ -46,7 +60,17 @@ impl Path {
             }
             _ => self.waypoints.push(next),
         }
-        self.length = self.length + Length::of(step);
+        let Length { straight, diagonal, knight } = Length::of(step);
+        self.length = self.length
+            + Length { straight: straight * count, diagonal: diagonal * count, knight: knight * count };
+    }
+
+    /// The last move.
+    pub(crate) fn last_step(&self) -> Option<Step> {
+        match *self.waypoints.as_slice() {
+            [.., before, last] => single_step(before, last),
+            _ => None,
+        }
     }
 
     /// Where it starts.
