@@ -9,7 +9,7 @@ use crate::{
     grid::{Cell, Grid},
     moves::{self, Length, MoveSet, Step},
     path::Path,
-    search::{Workspace, dijkstra},
+    search::{Dijkstra, Workspace},
 };
 
 /// No way is known from here.
@@ -40,7 +40,7 @@ impl Field {
         let mut field = Self { moves, next: vec![UNKNOWN; grid.len()] };
         let mut open = grid.clone();
         closed.iter().for_each(|&cell| open.set(cell, false));
-        let Ok(ways) = dijkstra(&open, moves, place, around, workspace) else { return field };
+        let Ok(ways) = Dijkstra::new(&open, moves).ways(place, around, workspace) else { return field };
         let number = |step: Step| moves.steps().iter().position(|&known| known == step);
         for (index, next) in field.next.iter_mut().enumerate() {
             let step = ways.step_back(grid.cell(index)).and_then(number);

@@ -8,7 +8,7 @@
 //! | [`grid`] | which cells are free |
 //! | [`moves`] | how a robot steps from cell to cell, and the one corner rule |
 //! | [`path`] | waypoints and exact lengths |
-//! | [`search`] | A* for one goal, Dijkstra for many |
+//! | [`search`] | shortest paths found on the map: A*, Dijkstra |
 //! | [`indexed`] | any start to any goal through an index of the map |
 //! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
@@ -20,12 +20,13 @@
 //! | [`formats`] | maps as other programs write them |
 //!
 //! ```
-//! use planning::{formats::movingai, moves::MoveSet, search::{Workspace, astar}};
+//! use planning::{formats::movingai, moves::MoveSet, search::{AStar, Planner, Workspace}};
 //!
 //! let grid = movingai::read_map("type octile\nheight 3\nwidth 4\nmap\n....\n.@@.\n....\n")?;
 //! let (from, to) = ((0, 0).into(), (3, 2).into());
-//! let found = astar(&grid, MoveSet::Eight, from, to, &mut Workspace::default())?;
-//! assert_eq!(found.path.length().straight, 5);
+//! let mut workspace = Workspace::default();
+//! let plan = AStar::new(&grid, MoveSet::Eight).plan(from, to, &mut workspace)?;
+//! assert_eq!(plan.path.length().straight, 5);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

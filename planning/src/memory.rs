@@ -12,7 +12,7 @@ use crate::{
     moves::{Length, MoveSet},
     path::Path,
     rooms::{DoorId, Rooms, SubareaId},
-    search::{Workspace, dijkstra},
+    search::{Dijkstra, Workspace},
 };
 
 /// A known target, such as a charging pile.
@@ -117,7 +117,9 @@ impl Banks {
             if goals.is_empty() {
                 continue;
             }
-            let Ok(ways) = dijkstra(grid, moves, door.cell, &goals, &mut workspace) else { continue };
+            let Ok(ways) = Dijkstra::new(grid, moves).ways(door.cell, &goals, &mut workspace) else {
+                continue;
+            };
             for target in beside {
                 if let Some(leg) = ways.path_to(target.cell).and_then(|path| banks.store(&path)) {
                     banks.targets.insert((door.id, target.id), leg);

@@ -3,7 +3,11 @@
 //! **The corner rule**, here and nowhere else: a move is allowed when every cell of its bounding
 //! rectangle is free. A diagonal cuts no corner; a knight's move needs its whole 3 x 2 box.
 
-use std::{cmp::Ordering, iter::Sum, ops::Add};
+use std::{
+    cmp::Ordering,
+    iter::Sum,
+    ops::{Add, Mul},
+};
 
 use crate::grid::{Cell, Grid};
 
@@ -41,9 +45,9 @@ const STEPS: [Step; 16] = [
 impl MoveSet {
     /// The moves of the set.
     #[must_use]
-    pub fn steps(self) -> &'static [Step] {
+    pub const fn steps(self) -> &'static [Step] {
         match self {
-            Self::Eight => &STEPS[..8],
+            Self::Eight => STEPS.split_at(8).0,
             Self::Sixteen => &STEPS,
         }
     }
@@ -141,6 +145,14 @@ impl Add for Length {
     }
 }
 
+impl Mul<u32> for Length {
+    type Output = Self;
+
+    fn mul(self, times: u32) -> Self {
+        Self { straight: self.straight * times, diagonal: self.diagonal * times, knight: self.knight * times }
+    }
+}
+
 impl Sum for Length {
     fn sum<I: Iterator<Item = Self>>(lengths: I) -> Self {
         lengths.fold(Self::default(), Add::add)
@@ -152,7 +164,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::search::{Workspace, dijkstra};
+    use crate::search::{Dijkstra, Workspace};
 
     fn open_grid(width: u32, height: u32) -> Grid {
         let mut grid = Grid::blocked(width, height).unwrap();
@@ -193,7 +205,7 @@ mod tests {
         let from = Cell { x: 9, y: 9 };
         for moves in [MoveSet::Eight, MoveSet::Sixteen] {
             let mut workspace = Workspace::default();
-            let ways = dijkstra(&grid, moves, from, &[], &mut workspace).unwrap();
+            let ways = Dijkstra::new(&grid, moves).ways(from, &[], &mut workspace).unwrap();
             for cell in grid.free_cells() {
                 let open = moves.open_length(cell.x - from.x, cell.y - from.y);
                 assert_eq!(ways.length_to(cell), Some(open), "{moves:?} to {cell}");

@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use crate::{
         moves::MoveSet,
-        search::{Workspace, dijkstra},
+        search::{Dijkstra, Workspace},
     };
 
     #[test]
@@ -198,10 +198,12 @@ mod tests {
         for size in CellSize::ALL {
             let mut workspace = Workspace::default();
             let empty = Lot::parked(size, 0, 1);
-            let ways = dijkstra(empty.grid(), MoveSet::Eight, empty.cabin(), &[], &mut workspace).unwrap();
+            let ways =
+                Dijkstra::new(empty.grid(), MoveSet::Eight).ways(empty.cabin(), &[], &mut workspace).unwrap();
             assert!(spaces().flat_map(|space| empty.cells(space)).all(|cell| ways.length_to(cell).is_some()));
             let full = Lot::parked(size, 49, 1);
-            let ways = dijkstra(full.grid(), MoveSet::Eight, full.cabin(), &[], &mut workspace).unwrap();
+            let ways =
+                Dijkstra::new(full.grid(), MoveSet::Eight).ways(full.cabin(), &[], &mut workspace).unwrap();
             assert!(spaces().all(|space| ways.length_to(full.stop(space)).is_some()));
         }
     }

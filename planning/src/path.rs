@@ -60,9 +60,7 @@ impl Path {
             }
             _ => self.waypoints.push(next),
         }
-        let Length { straight, diagonal, knight } = Length::of(step);
-        self.length = self.length
-            + Length { straight: straight * count, diagonal: diagonal * count, knight: knight * count };
+        self.length = self.length + Length::of(step) * count;
     }
 
     /// The last move.
@@ -117,8 +115,13 @@ impl Path {
     /// The same way back.
     #[must_use]
     pub fn reversed(mut self) -> Self {
-        self.waypoints.reverse();
+        self.reverse();
         self
+    }
+
+    /// Turns the path round.
+    pub fn reverse(&mut self) {
+        self.waypoints.reverse();
     }
 
     /// This path, then `next`, which must start where this one ends; `None` if it does not.
@@ -141,6 +144,13 @@ impl Path {
                 .cells()
                 .zip(self.steps())
                 .all(|(cell, step)| moves.steps().contains(&step) && moves::allowed(grid, cell, step))
+    }
+}
+
+impl Default for Path {
+    /// The path of a robot that stays at the first cell.
+    fn default() -> Self {
+        Self::at(Cell::default())
     }
 }
 

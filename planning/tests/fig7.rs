@@ -14,7 +14,7 @@ use planning::{
     memory::{DoorSets, Target},
     moves::{Length, MoveSet},
     rooms::{Door, DoorId, Rooms, Subareas},
-    search::{Workspace, astar},
+    search::{AStar, Planner, Workspace},
 };
 
 const MAP: &str = include_str!("../../sites/lmpp-fig7/fig7.map");
@@ -134,7 +134,8 @@ fn table_6_lengths_by_a_star_and_by_lmpp() {
         let shortest = piles()
             .iter()
             .filter_map(|pile| {
-                let found = astar(&grid, MoveSet::Sixteen, cell(from), pile.cell, &mut workspace).ok()?;
+                let found =
+                    AStar::new(&grid, MoveSet::Sixteen).plan(cell(from), pile.cell, &mut workspace).ok()?;
                 Some((found.path.length(), pile.id))
             })
             .min();

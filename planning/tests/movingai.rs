@@ -5,7 +5,7 @@ use planning::{
     formats::movingai::read_map,
     grid::Cell,
     moves::MoveSet,
-    search::{Workspace, astar},
+    search::{AStar, Planner, Workspace},
 };
 
 #[test]
@@ -18,7 +18,7 @@ fn a_star_finds_the_optimal_length_of_every_query() {
         let [from_x, from_y, to_x, to_y] = [4, 5, 6, 7].map(|field| fields[field].parse::<i32>().unwrap());
         let optimal: f64 = fields[8].parse().unwrap();
         let (from, to) = (Cell { x: from_x, y: from_y }, Cell { x: to_x, y: to_y });
-        let found = astar(&grid, MoveSet::Eight, from, to, &mut workspace).unwrap();
+        let found = AStar::new(&grid, MoveSet::Eight).plan(from, to, &mut workspace).unwrap();
         let length = found.path.length().units();
         assert!((length - optimal).abs() < 0.01, "{line}: found {length}");
         assert!(found.path.is_walkable(&grid, MoveSet::Eight), "{line}");

@@ -1,5 +1,4 @@
-//! What must hold on every map: A* and Dijkstra agree, LMPP is never shorter than A*, and closed
-//! doors are never passed.
+//! What must hold on every map: LMPP is never shorter than A*, and closed doors are never passed.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
@@ -11,25 +10,12 @@ use planning::{
     memory::Target,
     moves::MoveSet,
     rooms::{Door, DoorId, Rooms, SubareaId, Subareas},
-    search::{SearchError, Workspace, astar, dijkstra},
+    search::{AStar, Planner, Workspace},
 };
 use proptest::{prelude::*, sample::Index};
 
 fn move_sets() -> impl Strategy<Value = MoveSet> {
     prop::sample::select(vec![MoveSet::Eight, MoveSet::Sixteen])
-}
-
-/// A map of random cells, down to one row or column.
-fn maps() -> impl Strategy<Value = Grid> {
-    (1u32..24, 1u32..24).prop_flat_map(|(width, height)| {
-        prop::collection::vec(prop::bool::weighted(0.75), (width * height) as usize).prop_map(move |cells| {
-            let mut grid = Grid::blocked(width, height).unwrap();
-            for (index, free) in cells.into_iter().enumerate() {
-                grid.set(grid.cell(index), free);
-            }
-            grid
-        })
-    })
 }
 
 /// A floor of rooms, `columns` by `rows`, with walls one cell thick and doors of one cell.
@@ -107,44 +93,6 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_star_finds_what_dijkstra_finds(
-        grid in maps(), moves in move_sets(), from in any::<Index>(), to in any::<Index>(),
-    ) {
-        let (from, to) = (grid.cell(from.index(grid.len())), grid.cell(to.index(grid.len())));
-        let (mut one, mut other) = (Workspace::default(), Workspace::default());
-        let found = astar(&grid, moves, from, to, &mut one);
-        match dijkstra(&grid, moves, from, &[], &mut other) {
-            Err(error) => prop_assert_eq!(found, Err(error)),
-            Ok(ways) => match (found, ways.path_to(to)) {
-                (Ok(found), Some(path)) => {
-                    prop_assert_eq!(found.path.length(), path.length());
-                    prop_assert_eq!(ways.length_to(to), Some(path.length()));
-                    prop_assert!(found.path.is_walkable(&grid, moves) && path.is_walkable(&grid, moves));
-                    prop_assert_eq!((found.path.start(), found.path.end()), (from, to));
-                    prop_assert!(found.expanded <= ways.expanded());
-                }
-                (Err(SearchError::NoPath { .. }), None) => prop_assert!(grid.is_free(to)),
-                (Err(SearchError::Blocked { cell }), None) => prop_assert_eq!(cell, to),
-                (found, path) => prop_assert!(false, "A* says {found:?}, Dijkstra {path:?}"),
-            },
-        }
-    }
-
-    #[test]
-    fn a_workspace_that_has_searched_other_maps_finds_the_same(
-        maps in prop::collection::vec((maps(), any::<Index>(), any::<Index>()), 1..5), moves in move_sets(),
-    ) {
-        let mut reused = Workspace::default();
-        for (grid, from, to) in maps {
-            let (from, to) = (grid.cell(from.index(grid.len())), grid.cell(to.index(grid.len())));
-            prop_assert_eq!(
-                astar(&grid, moves, from, to, &mut reused),
-                astar(&grid, moves, from, to, &mut Workspace::default())
-            );
-        }
-    }
-
-    #[test]
     fn lmpp_is_never_shorter_than_a_star_and_as_short_where_doors_are_the_only_way(
         floor in floors(), moves in move_sets(), from in any::<Index>(),
     ) {
@@ -155,7 +103,8 @@ proptest! {
         let lmpp = Lmpp::new(grid.clone(), moves, rooms.clone(), piles.clone());
         let survey = lmpp.survey(from).unwrap();
         for pile in piles {
-            let shortest = astar(&grid, moves, from, pile.cell, &mut workspace).map(|found| found.path.length());
+            let shortest = AStar::new(&grid, moves).plan(from, pile.cell, &mut workspace);
+            let shortest = shortest.map(|plan| plan.path.length());
             // Doors of one cell in walls of one cell: every path between rooms runs through doors.
             // A robot or pile in a door's cell is in one of its rooms by name only.
             let at_door = rooms.doors().iter().any(|door| door.cell == from || door.cell == pile.cell);

@@ -5,7 +5,7 @@ use planning::{
     grid::{Cell, Grid},
     moves::MoveSet,
     parking::{CellSize, Lot},
-    search::{Planner, SearchError, Workspace as SearchWorkspace, astar},
+    search::{AStar, Planner, SearchError, Workspace as SearchWorkspace},
     swarm::{Algorithm, Convergence, Fitness, Settings, Swarm, Weights, Workspace},
 };
 use proptest::{prelude::*, sample::Index};
@@ -43,7 +43,8 @@ proptest! {
         grid in maps(), from in any::<Index>(), to in any::<Index>(), settings in settings(), seed in any::<u64>(),
     ) {
         let (from, to) = (grid.cell(from.index(grid.len())), grid.cell(to.index(grid.len())));
-        let shortest = astar(&grid, MoveSet::Eight, from, to, &mut SearchWorkspace::default());
+        let mut searched = SearchWorkspace::default();
+        let shortest = AStar::new(&grid, MoveSet::Eight).plan(from, to, &mut searched);
         let mut workspace = Workspace::default();
         for algorithm in ALGORITHMS {
             let swarm = Swarm { grid: &grid, algorithm, settings, seed };

@@ -8,7 +8,7 @@ use planning::{
     moves::MoveSet,
     path::Path,
     rooms::DoorId,
-    search::{SearchError, Workspace, astar},
+    search::{AStar, Planner as _, SearchError, Workspace},
 };
 use serde::Serialize;
 
@@ -133,10 +133,10 @@ impl Plan {
         let (from, to) = (free_cell(grid, frame, self.from)?, free_cell(grid, frame, self.to)?);
         let mut workspace = Workspace::default();
         let start = Instant::now();
-        let found = astar(grid, moves, from, to, &mut workspace);
+        let found = AStar::new(grid, moves).plan(from, to, &mut workspace);
         let micros = micros_since(start);
         let found = found.map_err(|error| self.parted(error))?;
-        Ok(Planned::new(&found.path, found.expanded, micros, None, |cell| frame.coordinates(grid, cell)))
+        Ok(Planned::new(found.path, found.expanded, micros, None, |cell| frame.coordinates(grid, cell)))
     }
 
     fn recall(&self, site: &Site) -> Result<Planned, Box<dyn std::error::Error>> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use planning::{
     grid::Cell,
-    search::{Workspace, astar, dijkstra},
+    search::{AStar, Dijkstra, Planner, Workspace},
 };
 use protocol::DurationMs;
 
@@ -56,7 +56,8 @@ impl Navigator {
     pub fn route(&mut self, from: Point, to: Point) -> Option<Route> {
         let start = self.site.cell_of(from.into())?;
         let goal = self.site.cell_of(to.into())?;
-        let found = astar(&self.site.grid, self.site.moves, start, goal, &mut self.workspace).ok()?;
+        let search = AStar::new(&self.site.grid, self.site.moves);
+        let found = search.plan(start, goal, &mut self.workspace).ok()?;
         Some(found.path.waypoints().iter().map(|&cell| self.site.position(cell).into()).collect())
     }
 
@@ -73,8 +74,10 @@ impl Navigator {
 pub fn places_of_work(site: &Site) -> Vec<Cell> {
     let piles: Vec<Point> = site.piles.iter().map(|pile| site.position(pile.cell).into()).collect();
     let mut workspace = Workspace::default();
-    let Some(Ok(ways)) =
-        site.piles.first().map(|pile| dijkstra(&site.grid, site.moves, pile.cell, &[], &mut workspace))
+    let Some(Ok(ways)) = site
+        .piles
+        .first()
+        .map(|pile| Dijkstra::new(&site.grid, site.moves).ways(pile.cell, &[], &mut workspace))
     else {
         return Vec::new();
     };

@@ -11,7 +11,7 @@
 //! same index on every machine. A map that changes needs a new one.
 //!
 //! Only for 8 neighbours: knight's moves turn at other cells than corners, so that with 16 no small
-//! set of subgoals is enough; [`crate::search::astar`] has both.
+//! set of subgoals is enough; [`crate::search::AStar`] has both.
 
 mod core;
 mod hierarchy;

@@ -7,7 +7,10 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::*;
-use crate::{moves::MoveSet, search};
+use crate::{
+    moves::MoveSet,
+    search::{self, AStar},
+};
 
 /// The free cells of a map that `free` says.
 fn map(width: i32, height: i32, free: impl Fn(Cell) -> bool) -> Grid {
@@ -121,7 +124,7 @@ fn check(
     workspace: &mut Workspace,
     other: &mut search::Workspace,
 ) -> Result<(), TestCaseError> {
-    let expected = search::astar(index.grid(), MoveSet::Eight, from, to, other);
+    let expected = AStar::new(index.grid(), MoveSet::Eight).plan(from, to, other);
     match (index.plan(from, to, workspace), expected) {
         (Ok(plan), Ok(found)) => {
             prop_assert_eq!(plan.path.length(), found.path.length(), "from {} to {}", from, to);

@@ -4,7 +4,7 @@ use planning::{
     congestion::avoided,
     grid::Cell,
     lmpp::{Lmpp, Route},
-    search::astar,
+    search::{AStar, Planner},
 };
 
 use super::{
@@ -25,9 +25,9 @@ pub(super) fn table_6(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
     for (location, [by_astar, by_lmpp]) in TABLE_4.into_iter().zip(TABLE_6) {
         let from = laboratory.cell(location)?;
         let Laboratory { site, as_drawn, workspace, .. } = &mut *laboratory;
-        let to_pile = |cell: Cell| astar(&site.grid, site.moves, from, cell, workspace).ok();
-        let nearest =
-            site.piles.iter().map(|pile| pile.cell).filter_map(to_pile).map(|found| found.path.length());
+        let search = AStar::new(&site.grid, site.moves);
+        let to_pile = |cell: Cell| Some(search.plan(from, cell, workspace).ok()?.path.length());
+        let nearest = site.piles.iter().map(|pile| pile.cell).filter_map(to_pile);
         let nearest = Value::number(nearest.min().map(|length| length.units()));
         rows.push(compared(6, at(location), "A*", Value::printed(by_astar), nearest));
         let nearest = as_drawn.survey(from)?.nearest();

@@ -4,7 +4,7 @@ use std::{hint::black_box, time::Instant};
 
 use planning::{
     grid::Cell,
-    search::{SearchError, astar},
+    search::{AStar, Planner, SearchError},
 };
 
 use super::{
@@ -66,7 +66,7 @@ fn measure(laboratory: &mut Laboratory, from: Cell, piles: &[u16]) -> Result<Pai
     })?;
     let cells = site.piles.iter().filter(|pile| piles.contains(&pile.id.0)).map(|pile| pile.cell);
     let astar = median_cost(|| {
-        let search = |cell| Ok(astar(&site.grid, site.moves, from, cell, workspace)?.expanded);
+        let search = |cell| Ok(AStar::new(&site.grid, site.moves).plan(from, cell, workspace)?.expanded);
         cells.clone().map(search).sum()
     })?;
     Ok([lmpp, astar])
