@@ -17,6 +17,7 @@
 //! | [`lmpp`] | paths put together from memory |
 //! | [`parking`] | parking lots with cars at random |
 //! | [`swarm`] | paths by wolves and particles |
+//! | [`assign`] | which robot goes to which pile |
 //! | [`formats`] | maps as other programs write them |
 //!
 //! ```
@@ -30,6 +31,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod assign;
 pub mod congestion;
 pub mod field;
 pub mod formats;

@@ -1,3 +1,4 @@
 //! Maps as other programs write them.
 
 pub mod movingai;
+pub mod scen;
