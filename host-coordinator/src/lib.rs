@@ -20,6 +20,7 @@
 //! | [`api`] | what programs and the dashboard can ask |
 //! | [`daemon`] | the shell that runs the core: clock, sockets, log |
 //! | [`reproduce`] | the papers' tables, computed again and compared |
+//! | [`plot`] | pictures as PNG and SVG |
 //! | [`ui`] | the dashboard's page and its files |
 //! | [`simulate`] | a whole site on loopback: the real pile cores, simulated robots |
 
@@ -34,6 +35,7 @@ pub mod document;
 pub mod keys;
 pub mod line;
 pub mod links;
+pub mod plot;
 pub mod provision;
 pub mod reproduce;
 pub mod selection;

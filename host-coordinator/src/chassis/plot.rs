@@ -1,35 +1,19 @@
 //! The commanded, ramped and measured speed of a recording as a PNG: a panel for each of forward,
 //! left and turn.
 
-use plotters::{
-    coord::Shift,
-    prelude::*,
-    style::{FontStyle, RGBColor, register_font},
-};
+use plotters::{coord::Shift, prelude::*, style::RGBColor};
 use protocol::Twist;
 
 use super::recording::Speeds;
+use crate::plot::{Drawn, GRID, INK, Picture, PlotError, text_style};
 
 /// The picture's size in pixels.
 pub const SIZE: (u32, u32) = (1_200, 1_080);
-/// It is drawn this much larger and then averaged: smooth lines and letters.
-const OVERSAMPLING: u32 = 2;
-/// DejaVu Sans, cut down to Latin letters; its licence stands beside it. Not the system's: a bare
-/// machine has none.
-const FONT: &[u8] = include_bytes!("font/DejaVuSans-ASCII.ttf");
-const FONT_NAME: &str = "sans-serif";
 
 // Of Okabe and Ito: told apart by colour-blind people too.
 const COMMANDED: RGBColor = RGBColor(0, 0, 0);
 const RAMPED: RGBColor = RGBColor(230, 159, 0);
 const MEASURED: RGBColor = RGBColor(0, 114, 178);
-const GRID: RGBColor = RGBColor(225, 225, 225);
-const INK: RGBColor = RGBColor(60, 60, 60);
-
-/// The picture could not be made.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot draw the plot: {0}")]
-pub struct PlotError(String);
 
 struct Panel {
     label: &'static str,
@@ -49,37 +33,38 @@ const PANELS: [Panel; 3] = [
 /// # Errors
 /// [`PlotError`]; it is not to be expected.
 pub fn png(speeds: &Speeds, title: &str) -> Result<Vec<u8>, PlotError> {
-    register_font(FONT_NAME, FontStyle::Normal, FONT).map_err(|_| PlotError("font".into()))?;
-    let (width, height) = (SIZE.0 * OVERSAMPLING, SIZE.1 * OVERSAMPLING);
-    let mut large = vec![0; width as usize * height as usize * 3];
-    draw(&mut large, (width, height), speeds, title).map_err(|error| PlotError(error.to_string()))?;
-    encode(&averaged(&large)).map_err(|error| PlotError(error.to_string()))
+    crate::plot::png(&Panels { speeds, title })
 }
 
-fn draw(
-    buffer: &mut [u8],
-    size: (u32, u32),
-    speeds: &Speeds,
-    title: &str,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let scale = OVERSAMPLING;
-    let root = BitMapBackend::with_buffer(buffer, size).into_drawing_area();
-    root.fill(&WHITE)?;
-    let root = root.margin(10 * scale, 10 * scale, 10 * scale, 20 * scale);
-    let root = root.titled(title, (FONT_NAME, 20 * scale).into_font().color(&INK))?;
-    for (panel, area) in PANELS.iter().zip(root.split_evenly((PANELS.len(), 1))) {
-        draw_panel(&area, panel, speeds)?;
+struct Panels<'a> {
+    speeds: &'a Speeds,
+    title: &'a str,
+}
+
+impl Picture for Panels<'_> {
+    fn size(&self) -> (u32, u32) {
+        SIZE
     }
-    root.present()?;
-    Ok(())
+
+    fn draw<B>(&self, area: &DrawingArea<B, Shift>, scale: u32) -> Drawn
+    where
+        B: DrawingBackend,
+        B::ErrorType: 'static,
+    {
+        let area = area.margin(10 * scale, 10 * scale, 10 * scale, 20 * scale);
+        let area = area.titled(self.title, text_style(20, scale))?;
+        for (panel, area) in PANELS.iter().zip(area.split_evenly((PANELS.len(), 1))) {
+            draw_panel(&area, scale, panel, self.speeds)?;
+        }
+        Ok(())
+    }
 }
 
-fn draw_panel(
-    area: &DrawingArea<BitMapBackend<'_>, Shift>,
-    panel: &Panel,
-    speeds: &Speeds,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let scale = OVERSAMPLING;
+fn draw_panel<B>(area: &DrawingArea<B, Shift>, scale: u32, panel: &Panel, speeds: &Speeds) -> Drawn
+where
+    B: DrawingBackend,
+    B::ErrorType: 'static,
+{
     let series = [
         ("commanded", &speeds.commanded, COMMANDED, 1),
         ("ramped", &speeds.ramped, RAMPED, 3),
@@ -96,7 +81,7 @@ fn draw_panel(
         .x_label_area_size(44 * scale)
         .y_label_area_size(72 * scale)
         .build_cartesian_2d(0.0..end_s, low - room..high + room)?;
-    let text = |size: u32| (FONT_NAME, size * scale).into_font().color(&INK);
+    let text = |size| text_style(size, scale);
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -142,35 +127,6 @@ fn draw_panel(
 /// Of a number that is printed with two digits at most.
 fn unsigned_zero(value: f64) -> f64 {
     (value * 100.0).round() / 100.0 + 0.0
-}
-
-/// The mean of each square of [`OVERSAMPLING`] by [`OVERSAMPLING`] pixels.
-fn averaged(large: &[u8]) -> Vec<u8> {
-    let (side, width) = (OVERSAMPLING as usize, SIZE.0 as usize);
-    let row_bytes = width * side * 3;
-    let mut small = Vec::with_capacity(width * SIZE.1 as usize * 3);
-    for rows in large.chunks_exact(row_bytes * side) {
-        for column in 0..width {
-            for channel in 0..3 {
-                let of_row = |row: &[u8]| -> u32 {
-                    let pixels = row.iter().skip(column * side * 3 + channel).step_by(3).take(side);
-                    pixels.map(|&value| u32::from(value)).sum()
-                };
-                let sum: u32 = rows.chunks_exact(row_bytes).map(of_row).sum();
-                small.push(u8::try_from(sum / (OVERSAMPLING * OVERSAMPLING)).unwrap_or(u8::MAX));
-            }
-        }
-    }
-    small
-}
-
-fn encode(pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, SIZE.0, SIZE.1);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.write_header()?.write_image_data(pixels)?;
-    Ok(file)
 }
 
 #[cfg(test)]

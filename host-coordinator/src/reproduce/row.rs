@@ -9,8 +9,9 @@ use serde::Serialize;
 pub struct Row {
     /// Which paper.
     pub paper: &'static str,
-    /// Which table of it; a test's results stand with the table of its inputs.
-    pub table: u32,
+    /// Which table, experiment or figure of it, such as `5`, `III` or `Experiment 1`; a test's results
+    /// stand with the table of its inputs.
+    pub table: &'static str,
     /// Which row of the table.
     pub row: String,
     /// Which column.
@@ -72,6 +73,29 @@ pub enum Verdict {
 const ROUNDING_ULPS: f64 = 4.0;
 
 impl Row {
+    /// A row whose verdict is computed.
+    pub(super) fn compared(
+        paper: &'static str,
+        table: &'static str,
+        row: impl Into<String>,
+        column: impl Into<String>,
+        published: Value,
+        ours: Value,
+    ) -> Self {
+        let verdict = Verdict::of(&published, &ours);
+        let (row, column, note) = (row.into(), column.into(), String::new());
+        let mut row = Self { paper, table, row, column, published, ours, verdict, note };
+        if row.verdict == Verdict::Exact && row.ours_as_printed() != row.published.to_string() {
+            row.add_note("but for the rounding error of a sum");
+        }
+        row
+    }
+
+    /// The same with nothing to compare, and why.
+    pub(super) fn uncompared(self, why: impl Into<String>) -> Self {
+        Self { verdict: Verdict::NotComparable, note: why.into(), ..self }
+    }
+
     /// Adds a remark.
     pub(super) fn add_note(&mut self, note: &str) {
         if !self.note.is_empty() {

@@ -23,7 +23,7 @@ pub(super) fn table_7(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
         let (ours_idle, ours_busy) = (count(PileStage::Idle), count(PileStage::AlmostCharged));
         for (column, printed, ours) in [("Q1", idle, ours_idle), ("Q1 + Q2", all, ours_idle + ours_busy)] {
             let row = format!("q_th {threshold}");
-            rows.push(compared(7, row, column, Value::printed(printed), Value::Number(ours)));
+            rows.push(compared("7", row, column, Value::printed(printed), Value::Number(ours)));
         }
     }
     Ok(rows)
@@ -33,13 +33,13 @@ pub(super) fn table_7(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
 pub(super) fn table_8(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
     let mut rows: Vec<_> = (1..)
         .zip(&TABLE_8)
-        .map(|(condition, p)| inputs::probabilities(8, format!("condition ({condition})"), p, "Test 3"))
+        .map(|(condition, p)| inputs::probabilities("8", format!("condition ({condition})"), p, "Test 3"))
         .collect();
     rows.extend(lengths::test_3(laboratory)?);
     for (reach, choices) in TEST_3_CHOICES {
         for ((condition, p), printed) in (1..).zip(&TABLE_8).zip(choices) {
             let row = format!("Test 3, condition ({condition}), reach {reach}");
-            let mut choices = choice(laboratory, 8, &row, TEST_3_START, p, reach, Some(printed))?;
+            let mut choices = choice(laboratory, "8", &row, TEST_3_START, p, reach, Some(printed))?;
             if (reach, condition) == (80, 2) {
                 let misprint = "the text gives s12 the largest p, 0.34; that is s10";
                 choices.iter_mut().for_each(|row| row.add_note(misprint));
@@ -52,11 +52,11 @@ pub(super) fn table_8(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
 
 /// Table 9 and Test 4, whose input it is: six locations, one set of probabilities.
 pub(super) fn table_9(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
-    let mut rows = vec![inputs::probabilities(9, "all locations".into(), &TABLE_9, "Test 4")];
+    let mut rows = vec![inputs::probabilities("9", "all locations".into(), &TABLE_9, "Test 4")];
     for ((location, _), choices) in TABLE_10.into_iter().zip(TEST_4_CHOICES) {
         for (reach, printed) in TEST_4_REACHES.into_iter().zip(choices) {
             let row = format!("Test 4, {}, reach {reach}", at(location));
-            rows.extend(choice(laboratory, 9, &row, location, &TABLE_9, reach, printed)?);
+            rows.extend(choice(laboratory, "9", &row, location, &TABLE_9, reach, printed)?);
         }
     }
     Ok(rows)
@@ -65,7 +65,7 @@ pub(super) fn table_9(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
 /// One choice by both readings.
 fn choice(
     laboratory: &mut Laboratory,
-    table: u32,
+    table: &'static str,
     row: &str,
     location: [i32; 2],
     probabilities: &[f64],

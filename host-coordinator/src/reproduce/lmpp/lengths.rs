@@ -29,10 +29,10 @@ pub(super) fn table_6(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
         let to_pile = |cell: Cell| Some(search.plan(from, cell, workspace).ok()?.path.length());
         let nearest = site.piles.iter().map(|pile| pile.cell).filter_map(to_pile);
         let nearest = Value::number(nearest.min().map(|length| length.units()));
-        rows.push(compared(6, at(location), "A*", Value::printed(by_astar), nearest));
+        rows.push(compared("6", at(location), "A*", Value::printed(by_astar), nearest));
         let nearest = as_drawn.survey(from)?.nearest();
         let nearest = Value::number(nearest.map(|(_, length)| length.units()));
-        rows.push(compared(6, at(location), "LMPP", Value::printed(by_lmpp), nearest).noted(AS_DRAWN));
+        rows.push(compared("6", at(location), "LMPP", Value::printed(by_lmpp), nearest).noted(AS_DRAWN));
     }
     Ok(rows)
 }
@@ -40,14 +40,14 @@ pub(super) fn table_6(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
 /// Table 10: the farthest and nearest idle and occupied piles in Test 4.
 pub(super) fn table_10(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
     let rows =
-        TABLE_10.map(|(location, printed)| distances(laboratory, 10, &at(location), location, printed));
+        TABLE_10.map(|(location, printed)| distances(laboratory, "10", &at(location), location, printed));
     Ok(rows.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
 /// The distances of Test 3.
 pub(super) fn test_3(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
     let row = format!("Test 3, {}", at(TEST_3_START));
-    let mut rows = distances(laboratory, 8, &row, TEST_3_START, TEST_3_DISTANCES)?;
+    let mut rows = distances(laboratory, "8", &row, TEST_3_START, TEST_3_DISTANCES)?;
     if let Some(row) = rows.last_mut() {
         row.add_note("printed as a second max D(Q2)");
     }
@@ -56,7 +56,7 @@ pub(super) fn test_3(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
 
 fn distances(
     laboratory: &mut Laboratory,
-    table: u32,
+    table: &'static str,
     row: &str,
     location: [i32; 2],
     printed: [&str; 4],
@@ -83,7 +83,7 @@ pub(super) fn table_14(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> 
     for ((location, printed), routes) in TABLE_11.into_iter().zip(TABLE_14).zip(test_5(laboratory)?) {
         for ((column, printed), route) in [WITHOUT, WITH].into_iter().zip(printed).zip(routes) {
             let ours = Value::number(route.map(|route| route.path.length().units()));
-            rows.push(compared(14, at(location), column, Value::printed(printed), ours).noted(AS_DRAWN));
+            rows.push(compared("14", at(location), column, Value::printed(printed), ours).noted(AS_DRAWN));
         }
     }
     Ok(rows)
@@ -105,13 +105,13 @@ pub(super) fn table_13(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> 
         {
             let ours = route.as_ref().map(seconds);
             *sum = sum.zip(ours).map(|(sum, ours)| sum + ours);
-            let row = compared(13, at(location), column, Value::printed(printed), Value::number(ours));
+            let row = compared("13", at(location), column, Value::printed(printed), Value::number(ours));
             rows.push(row.noted(AS_DRAWN));
         }
     }
     for ((column, printed), sum) in [WITH, WITHOUT].into_iter().zip(TABLE_13_AVERAGE).zip(sums) {
         let mean = Value::number(sum.map(|sum| sum / TABLE_11.len() as f64));
-        rows.push(compared(13, "average", column, Value::printed(printed), mean).noted(AS_DRAWN));
+        rows.push(compared("13", "average", column, Value::printed(printed), mean).noted(AS_DRAWN));
     }
     Ok(rows)
 }

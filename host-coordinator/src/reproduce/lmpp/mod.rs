@@ -11,69 +11,42 @@ mod times;
 
 use std::collections::BTreeSet;
 
-use planning::{
-    grid::Cell,
-    lmpp::Lmpp,
-    memory::DoorSets,
-    rooms::DoorId,
-    search::{SearchError, Workspace},
-};
+use planning::{grid::Cell, lmpp::Lmpp, memory::DoorSets, rooms::DoorId, search::Workspace};
 
-use super::{Row, Value, Verdict};
-use crate::{
-    diagnostics::Diagnostics,
-    site::{OutsideMap, Site},
-};
+use super::{Failed, Paper, Row, Value, figure::Figure};
+use crate::site::Site;
 
-/// The tables, and how each is computed.
-const TABLES: [(u32, Compute); 10] = [
-    (5, times::table_5),
-    (6, lengths::table_6),
-    (7, choices::table_7),
-    (8, choices::table_8),
-    (9, choices::table_9),
-    (10, lengths::table_10),
-    (11, inputs::table_11),
-    (12, inputs::table_12),
-    (13, lengths::table_13),
-    (14, lengths::table_14),
-];
+/// The paper.
+pub const PAPER: Paper =
+    Paper { name: "LMPP", tables: &["5", "6", "7", "8", "9", "10", "11", "12", "13", "14"], rows, figures };
 
-type Compute = fn(&mut Laboratory) -> Result<Vec<Row>, Failed>;
-
-/// Why a table can't be computed.
-#[derive(Debug, thiserror::Error)]
-pub enum Failed {
-    /// There is no such table.
-    #[error("LMPP table {0} is not reproduced: give one of 5 to 14")]
-    NoSuchTable(u32),
-    /// The program was built with a faulty site.
-    #[error(transparent)]
-    Site(#[from] Diagnostics),
-    /// A printed location is not on the map.
-    #[error("a location that the paper prints is not on the map: {0}")]
-    Outside(#[from] OutsideMap),
-    /// A printed location can't be started from.
-    #[error("a location that the paper prints can't be started from: {0}")]
-    Search(#[from] SearchError),
-}
-
-/// Computes one table, or all.
+/// Computes one table; none has another name than [`PAPER`] says.
 ///
 /// # Errors
-/// [`Failed::NoSuchTable`], and others only if the built-in site is faulty.
-pub fn rows(only: Option<u32>) -> Result<Vec<Row>, Failed> {
-    if let Some(table) = only.filter(|&only| TABLES.iter().all(|&(table, _)| table != only)) {
-        return Err(Failed::NoSuchTable(table));
-    }
-    let mut laboratory = Laboratory::new(Site::fig7()?);
-    let mut rows = Vec::new();
-    for (table, compute) in TABLES {
-        if only.is_none_or(|only| only == table) {
-            rows.extend(compute(&mut laboratory)?);
-        }
-    }
-    Ok(rows)
+/// Only if the built-in site is faulty.
+pub fn rows(table: &str) -> Result<Vec<Row>, Failed> {
+    let compute: fn(&mut Laboratory) -> Result<Vec<Row>, Failed> = match table {
+        "5" => times::table_5,
+        "6" => lengths::table_6,
+        "7" => choices::table_7,
+        "8" => choices::table_8,
+        "9" => choices::table_9,
+        "10" => lengths::table_10,
+        "11" => inputs::table_11,
+        "12" => inputs::table_12,
+        "13" => lengths::table_13,
+        "14" => lengths::table_14,
+        _ => return Ok(Vec::new()),
+    };
+    compute(&mut Laboratory::new(Site::fig7()?))
+}
+
+/// What the five tests draw.
+///
+/// # Errors
+/// Only if the built-in site is faulty.
+pub fn figures() -> Result<Vec<Figure>, Failed> {
+    Ok(Vec::new())
 }
 
 /// The site and the planners of the paper's five tests.
@@ -115,32 +88,13 @@ fn as_run(site: &Site) -> Lmpp {
 
 /// A row whose verdict is computed.
 fn compared(
-    table: u32,
+    table: &'static str,
     row: impl Into<String>,
     column: impl Into<String>,
     published: Value,
     ours: Value,
 ) -> Row {
-    let verdict = Verdict::of(&published, &ours);
-    let (row, column, note) = (row.into(), column.into(), String::new());
-    let mut row = Row { paper: "LMPP", table, row, column, published, ours, verdict, note };
-    if row.verdict == Verdict::Exact && row.ours_as_printed() != row.published.to_string() {
-        row.add_note("but for the rounding error of a sum");
-    }
-    row
-}
-
-/// A row that has nothing to compare, and why.
-fn uncompared(
-    table: u32,
-    row: impl Into<String>,
-    column: impl Into<String>,
-    published: Value,
-    ours: Value,
-    note: impl Into<String>,
-) -> Row {
-    let row = compared(table, row, column, published, ours);
-    Row { verdict: Verdict::NotComparable, note: note.into(), ..row }
+    Row::compared(PAPER.name, table, row, column, published, ours)
 }
 
 /// The note on rows of Tests 1 and 5.

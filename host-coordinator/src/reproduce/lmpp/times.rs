@@ -8,9 +8,8 @@ use planning::{
 };
 
 use super::{
-    Failed, Laboratory, at,
+    Failed, Laboratory, at, compared,
     published::{TABLE_4, TABLE_5},
-    uncompared,
 };
 use crate::reproduce::{Row, Value};
 
@@ -44,7 +43,8 @@ pub(super) fn table_5(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
             ("A*, us", astar_s, astar.micros, ELSEWHERE),
             ("LMPP / A*", lmpp_s / astar_s, lmpp.micros / astar.micros, "to every pile that doors lead to"),
         ] {
-            rows.push(uncompared(5, at(location), column, Value::Number(printed), Value::Number(ours), note));
+            let row = compared("5", at(location), column, Value::Number(printed), Value::Number(ours));
+            rows.push(row.uncompared(note));
         }
         to_all.push([lmpp, astar]);
         to_nearest.push(measure(laboratory, from, &nearest)?);
@@ -96,7 +96,7 @@ fn medians(row: &str, costs: &[Pair]) -> Vec<Row> {
     ]
     .into_iter()
     .map(|(column, ours)| {
-        uncompared(5, format!("median, {row}"), column, Value::Missing, Value::Number(ours), "")
+        compared("5", format!("median, {row}"), column, Value::Missing, Value::Number(ours)).uncompared("")
     })
     .collect()
 }
