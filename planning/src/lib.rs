@@ -13,7 +13,7 @@
 //! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
 //! | [`congestion`] | which doors to avoid when |
-//! | [`memory`] | banks of paths that never change |
+//! | [`memory`] | what never changes: banks of paths, fields of ways to known places |
 //! | [`lmpp`] | paths put together from memory |
 //! | [`parking`] | parking lots with cars at random |
 //! | [`swarm`] | paths by wolves and particles |

@@ -41,6 +41,13 @@ impl Path {
         self.length = Length::default();
     }
 
+    /// As [`Self::restart`], for a path of that length whose other waypoints the caller puts in.
+    pub(crate) fn refill(&mut self, start: Cell, length: Length) -> &mut Vec<Cell> {
+        self.restart(start);
+        self.length = length;
+        &mut self.waypoints
+    }
+
     /// Goes on by one move.
     pub fn step(&mut self, step: Step) {
         self.run(step, 1);

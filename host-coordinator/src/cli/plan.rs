@@ -162,7 +162,9 @@ impl Plan {
         match error {
             SearchError::NoPath { .. } => NoPlan::Parted { from: self.from, to: self.to },
             // Both ends were checked; a closed door's cell may still be one of them.
-            SearchError::Outside { .. } | SearchError::Blocked { .. } => NoPlan::Wall { point: self.from },
+            SearchError::Outside { .. } | SearchError::Blocked { .. } | SearchError::NoTarget { .. } => {
+                NoPlan::Wall { point: self.from }
+            }
         }
     }
 }

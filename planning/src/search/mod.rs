@@ -10,7 +10,7 @@
 
 mod astar;
 mod dijkstra;
-mod neighbours;
+pub(crate) mod neighbours;
 mod nodes;
 mod open;
 
@@ -70,6 +70,12 @@ pub enum SearchError {
     /// The start or goal is blocked.
     #[error("cell {cell} is blocked: choose a free one")]
     Blocked {
+        /// Which cell.
+        cell: Cell,
+    },
+    /// The planner knows the ways to some places only, and this is none of them.
+    #[error("cell {cell} is no known target: plan to one of the targets, or search the map")]
+    NoTarget {
         /// Which cell.
         cell: Cell,
     },

@@ -1,0 +1,104 @@
+//! The bytes that hold the tables of all fields: the same in memory and in a file.
+
+use std::{fmt, ops::Range};
+
+use bytemuck::Pod;
+
+use super::{metric::Metric, table::Table};
+
+/// Bytes that tables are kept in: owned, or a file that is mapped so that writing changes the memory and
+/// not the file.
+pub trait Memory: AsRef<[u8]> + AsMut<[u8]> + Send + Sync {}
+
+impl<T: AsRef<[u8]> + AsMut<[u8]> + Send + Sync> Memory for T {}
+
+/// Owned bytes, aligned for all tables.
+struct Owned(Vec<u64>);
+
+impl AsRef<[u8]> for Owned {
+    fn as_ref(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.0)
+    }
+}
+
+impl AsMut<[u8]> for Owned {
+    fn as_mut(&mut self) -> &mut [u8] {
+        bytemuck::cast_slice_mut(&mut self.0)
+    }
+}
+
+/// How much precedes the tables.
+pub(super) const HEADER_BYTES: usize = 64;
+
+/// Where in the bytes each table is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Layout {
+    pub targets: usize,
+    pub distances: Range<usize>,
+    pub runs: Range<usize>,
+}
+
+impl Layout {
+    pub fn of<M: Metric>(cells: usize, targets: usize) -> Self {
+        let entries = cells * targets;
+        let runs = HEADER_BYTES + entries * size_of::<M::Distance>();
+        Self { targets, distances: HEADER_BYTES..runs, runs: runs..runs + entries }
+    }
+
+    /// The bytes of header and tables, rounded up to whole words.
+    pub fn bytes(&self) -> usize {
+        self.runs.end.next_multiple_of(8)
+    }
+}
+
+/// The tables of all fields.
+pub(super) struct Image {
+    pub layout: Layout,
+    pub memory: Box<dyn Memory>,
+}
+
+impl fmt::Debug for Image {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Image").field("layout", &self.layout).finish_non_exhaustive()
+    }
+}
+
+impl Clone for Image {
+    fn clone(&self) -> Self {
+        let mut copy = Self::blank(self.layout.clone());
+        copy.memory.as_mut().as_mut().copy_from_slice(self.memory.as_ref().as_ref());
+        copy
+    }
+}
+
+impl Image {
+    /// Bytes of 0.
+    pub fn blank(layout: Layout) -> Self {
+        let words = vec![0; layout.bytes() / 8];
+        Self { layout, memory: Box::new(Owned(words)) }
+    }
+
+    #[inline]
+    pub fn table<M: Metric>(&self) -> Table<'_, M> {
+        let bytes = self.memory.as_ref().as_ref();
+        Table {
+            distances: cast(&bytes[self.layout.distances.clone()]),
+            runs: &bytes[self.layout.runs.clone()],
+            targets: self.layout.targets,
+        }
+    }
+
+    /// The distances and runs, to change.
+    pub fn parts_mut<M: Metric>(&mut self) -> (&mut [M::Distance], &mut [u8]) {
+        let Layout { distances, runs, .. } = &self.layout;
+        let bytes = self.memory.as_mut().as_mut();
+        let (before, after) = bytes.split_at_mut(runs.start);
+        (bytemuck::cast_slice_mut(&mut before[distances.clone()]), &mut after[..runs.len()])
+    }
+}
+
+/// The numbers that the bytes are.
+#[inline]
+fn cast<T: Pod>(bytes: &[u8]) -> &[T] {
+    bytemuck::cast_slice(bytes)
+}

@@ -1,0 +1,20 @@
+//! What LMPP remembers, taken to its end: the ways to every known place, planned once.
+//!
+//! | module | one idea |
+//! |---|---|
+//! | [`banks`] | the paper's memory banks M1 and M2: paths between piles and doors |
+//! | [`fields`] | the exact way from every cell to every known target, a walk through memory |
+//!
+//! Fields are built ([`fields::Fields::build`]) by one search from each target, repaired where the map
+//! changes, and kept as the bytes of a file.
+
+pub mod banks;
+mod build;
+pub mod fields;
+mod frontier;
+mod image;
+mod metric;
+mod table;
+
+pub use banks::{Banks, Direction, DoorSets, Leg, Target};
+pub use fields::Fields;

@@ -1,0 +1,82 @@
+//! What must hold of fields on every map: they are what Dijkstra's algorithm finds, and every way that
+//! they give can be gone.
+#![allow(clippy::unwrap_used)]
+
+use planning::{
+    grid::{Cell, Grid},
+    memory::Fields,
+    moves::MoveSet,
+    path::Path,
+    search::{Dijkstra, Planner, SearchError, Workspace},
+};
+use proptest::{prelude::*, sample::Index};
+
+fn move_sets() -> impl Strategy<Value = MoveSet> {
+    prop::sample::select(vec![MoveSet::Eight, MoveSet::Sixteen])
+}
+
+/// A map of random cells, from open to almost closed, down to one row or column.
+fn maps() -> impl Strategy<Value = Grid> {
+    (prop_oneof![1u32..40, 60u32..70], 1u32..24, 0.5..1.0).prop_flat_map(|(width, height, free)| {
+        prop::collection::vec(prop::bool::weighted(free), (width * height) as usize).prop_map(move |cells| {
+            let mut grid = Grid::blocked(width, height).unwrap();
+            for (index, free) in cells.into_iter().enumerate() {
+                grid.set(grid.cell(index), free);
+            }
+            grid
+        })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn fields_are_what_dijkstra_finds_and_their_ways_can_be_gone(
+        grid in maps(), moves in move_sets(), targets in prop::collection::vec(any::<Index>(), 0..20),
+    ) {
+        let targets: Vec<Cell> = targets.into_iter().map(|target| grid.cell(target.index(grid.len()))).collect();
+        let fields = Fields::build(grid.clone(), moves, &targets);
+        let mut workspace = Workspace::default();
+        let mut path = Path::default();
+        for (number, &target) in targets.iter().enumerate() {
+            let ways = Dijkstra::new(&grid, moves).ways(target, &[], &mut workspace).ok();
+            for from in (0..grid.len()).map(|index| grid.cell(index)) {
+                let length = ways.as_ref().and_then(|ways| ways.length_to(from));
+                prop_assert_eq!(fields.length(from, number), length, "from {} to {}", from, target);
+                prop_assert_eq!(fields.walk(from, number, &mut path), length.is_some());
+                if let Some(length) = length {
+                    prop_assert_eq!((path.start(), path.end(), path.length()), (from, target, length));
+                    prop_assert_eq!(path.steps().map(planning::moves::Length::of).sum::<planning::moves::Length>(), length);
+                    prop_assert!(path.is_walkable(&grid, moves));
+                }
+            }
+        }
+        for from in (0..grid.len()).map(|index| grid.cell(index)) {
+            let lengths: Vec<_> = fields.lengths(from).collect();
+            let each: Vec<_> = (0..targets.len()).map(|target| fields.length(from, target)).collect();
+            prop_assert_eq!(&lengths, &each);
+            let nearest = (0..).zip(each).filter_map(|(target, length)| Some((length?, target))).min();
+            prop_assert_eq!(fields.nearest(from), nearest.map(|(length, target)| (target, length)));
+            for (cells, length) in fields.distances(from).zip(lengths) {
+                prop_assert!(length.map_or(cells.is_infinite(), |length| (length.units() - cells).abs() < 1e-6));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_field_as_a_planner_says_what_is_wrong_with_an_end() {
+    let grid = planning::formats::movingai::read_map("type octile\nheight 1\nwidth 5\nmap\n..@..\n").unwrap();
+    let cell = |x| Cell { x, y: 0 };
+    let fields = Fields::build(grid, MoveSet::Eight, &[cell(0), cell(2), cell(4)]);
+    let mut path = Path::default();
+    let mut plan =
+        |from, to| fields.plan(cell(from), cell(to), &mut path).map(|plan| plan.path.length().straight);
+    assert_eq!(plan(1, 0), Ok(1));
+    assert_eq!(plan(1, 4), Err(SearchError::NoPath { from: cell(1), to: cell(4) }));
+    assert_eq!(plan(1, 2), Err(SearchError::Blocked { cell: cell(2) }));
+    assert_eq!(plan(2, 4), Err(SearchError::Blocked { cell: cell(2) }));
+    assert_eq!(plan(0, 1), Err(SearchError::NoTarget { cell: cell(1) }));
+    assert_eq!(plan(5, 0), Err(SearchError::Outside { cell: cell(5), width: 5, height: 1 }));
+}
