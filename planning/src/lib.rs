@@ -10,6 +10,8 @@
 //! | [`path`] | waypoints and exact lengths |
 //! | [`search`] | shortest paths found on the map: A*, Dijkstra |
 //! | [`indexed`] | any start to any goal through an index of the map |
+//! | [`search`] | A* for one goal, Dijkstra for many |
+//! | [`rrt`] | trees that explore by chance, and paths along what they found |
 //! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
 //! | [`congestion`] | which doors to avoid when |
@@ -43,5 +45,6 @@ pub mod moves;
 pub mod parking;
 pub mod path;
 pub mod rooms;
+pub mod rrt;
 pub mod search;
 pub mod swarm;
