@@ -10,8 +10,8 @@
 //! | [`path`] | waypoints and exact lengths |
 //! | [`search`] | shortest paths found on the map: A*, Dijkstra |
 //! | [`indexed`] | any start to any goal through an index of the map |
-//! | [`search`] | A* for one goal, Dijkstra for many |
 //! | [`rrt`] | trees that explore by chance, and paths along what they found |
+//! | [`dwa`] | velocities for a Mecanum chassis that follow a path |
 //! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
 //! | [`congestion`] | which doors to avoid when |
@@ -35,6 +35,7 @@
 
 pub mod assign;
 pub mod congestion;
+pub mod dwa;
 pub mod field;
 pub mod formats;
 pub mod grid;

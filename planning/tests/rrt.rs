@@ -6,8 +6,8 @@ use std::num::NonZeroU32;
 use planning::{
     grid::{Cell, Grid},
     moves::MoveSet,
-    rrt::{Rrt, RrtError, Tree, necessary_nodes, sees},
-    search::{SearchError, Workspace, astar},
+    rrt::{ImprovedAStar, ImprovedWorkspace, Rrt, RrtError, Tree, keep_necessary_nodes, sees},
+    search::{AStar, Planner, SearchError, Workspace},
 };
 use proptest::{prelude::*, sample::Index};
 
@@ -58,12 +58,14 @@ proptest! {
         for (start, end) in tree.branches() {
             prop_assert!(sees(&grid, start, end));
         }
-        let shortest = astar(&grid, MoveSet::Eight, from, to, &mut Workspace::default());
+        let mut workspace = Workspace::default();
+        let shortest = AStar::new(&grid, MoveSet::Eight).plan(from, to, &mut workspace).map(|plan| plan.expanded);
         match grown {
             Ok(()) => {
                 prop_assert!(shortest.is_ok());
                 let path = tree.path();
-                let kept = necessary_nodes(&grid, &path);
+                let mut kept = path.clone();
+                keep_necessary_nodes(&grid, &mut kept);
                 for path in [&path, &kept] {
                     prop_assert_eq!((path[0], path[path.len() - 1]), (from, to));
                     prop_assert!(path.windows(2).all(|pair| sees(&grid, pair[0], pair[1])));
@@ -71,7 +73,9 @@ proptest! {
                 prop_assert!(kept.iter().all(|node| path.contains(node)) && kept.len() <= path.len());
                 prop_assert!(length(&kept) <= length(&path) + 1e-9);
                 // What was necessary stays so.
-                prop_assert_eq!(necessary_nodes(&grid, &kept), kept);
+                let before = kept.clone();
+                keep_necessary_nodes(&grid, &mut kept);
+                prop_assert_eq!(kept, before);
             }
             Err(RrtError::Search(error)) => prop_assert_eq!(shortest, Err(error)),
             Err(RrtError::Exhausted { .. }) => {
@@ -96,6 +100,48 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn improved_a_star_finds_a_walkable_path_where_there_is_one_and_never_a_shorter_one_than_a_star(
+        grid in maps(), moves in prop::sample::select(vec![MoveSet::Eight, MoveSet::Sixteen]), rrt in trees(),
+        seed: u64, ends in prop::collection::vec((any::<Index>(), any::<Index>()), 1..4),
+    ) {
+        let astar = AStar::new(&grid, moves);
+        // Of one sample it mostly gives up, and plans as A* does.
+        for rrt in [rrt, Rrt { samples: 1, ..rrt }] {
+            let improved = ImprovedAStar::new(&grid, astar, rrt, seed);
+            let mut reused = ImprovedWorkspace::default();
+            for (from, to) in &ends {
+                let (from, to) = (grid.cell(from.index(grid.len())), grid.cell(to.index(grid.len())));
+                let mut workspace = Workspace::default();
+                let shortest = astar.plan(from, to, &mut workspace).map(|plan| plan.path);
+                match (improved.plan(from, to, &mut reused).map(|plan| plan.path), shortest) {
+                    (Ok(path), Ok(shortest)) => {
+                        prop_assert!(path.is_walkable(&grid, moves));
+                        prop_assert_eq!((path.start(), path.end()), (from, to));
+                        prop_assert!(path.length() >= shortest.length());
+                        let mut new = ImprovedWorkspace::default();
+                        prop_assert_eq!(path, improved.plan(from, to, &mut new).unwrap().path);
+                    }
+                    (path, shortest) => prop_assert_eq!(path.map(|_| ()), shortest.map(|_| ())),
+                }
+                // Between two nodes no way is longer than columns and rows together.
+                let columns_and_rows: u32 = reused
+                    .nodes()
+                    .windows(2)
+                    .map(|pair| pair[0].x.abs_diff(pair[1].x) + pair[0].y.abs_diff(pair[1].y))
+                    .sum();
+                let nodes = !reused.nodes().is_empty();
+                if let (Ok(plan), true) = (improved.plan(from, to, &mut reused), nodes) {
+                    prop_assert!(plan.path.length().units() <= f64::from(columns_and_rows) + 1e-9);
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_seed_gives_the_same_tree_on_every_machine() {
     let grid = one_door(40);
@@ -104,7 +150,10 @@ fn a_seed_gives_the_same_tree_on_every_machine() {
     let found: Vec<_> = (0..4)
         .map(|seed| {
             Rrt::PAPER.grow(&grid, from, to, seed, &mut tree).unwrap();
-            (tree.len(), tree.path().len(), necessary_nodes(&grid, &tree.path()).len())
+            let mut path = tree.path();
+            let nodes = path.len();
+            keep_necessary_nodes(&grid, &mut path);
+            (tree.len(), nodes, path.len())
         })
         .collect();
     assert_eq!(found, [(194, 40, 3), (188, 32, 4), (123, 35, 4), (169, 35, 4)]);

@@ -2,7 +2,7 @@
 //!
 //! A tree grows from the start: a cell is drawn by chance, and the node nearest to it sends out a branch
 //! towards it. If often the goal itself is drawn ([`Rrt::goal_bias`]) the tree has fewer branches (Fig. 3).
-//! What zigzags there are in its path [`necessary_nodes`] takes out (Figs. 4, 5). The result is a line of
+//! What zigzags there are in its path [`keep_necessary_nodes`] takes out (Figs. 4, 5). The result is a line of
 //! any angle from cell to cell, each seen from the one before ([`sees`]); [`ImprovedAStar`] makes a path of
 //! the usual moves of it (Fig. 7).
 //!
@@ -12,6 +12,7 @@
 //! The paper draws points, we draw cells, so that a line is checked with whole numbers and the tree of a
 //! seed is the same on every machine.
 
+mod improved;
 mod nearest;
 mod sight;
 
@@ -21,7 +22,10 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use self::nearest::Quadtree;
-pub use self::sight::{necessary_nodes, sees};
+pub use self::{
+    improved::{ImprovedAStar, ImprovedWorkspace},
+    sight::{keep_necessary_nodes, sees},
+};
 use crate::{
     grid::{Cell, Grid},
     search::{SearchError, free_index},
@@ -96,13 +100,19 @@ impl Tree {
     #[must_use]
     pub fn path(&self) -> Vec<Cell> {
         let mut path = Vec::new();
+        self.trace(&mut path);
+        path
+    }
+
+    /// Puts [`Self::path`] in place of what is in `path`.
+    fn trace(&self, path: &mut Vec<Cell>) {
+        path.clear();
         let mut number = self.nodes.len().wrapping_sub(1);
         while let Some(&(cell, parent)) = self.nodes.get(number) {
             path.push(cell);
             number = if number == 0 { usize::MAX } else { parent as usize };
         }
         path.reverse();
-        path
     }
 
     fn clear(&mut self, grid: &Grid) {

@@ -38,19 +38,18 @@ pub fn sees(grid: &Grid, from: Cell, to: Cell) -> bool {
     true
 }
 
-/// The necessary nodes of a path whose neighbours see each other (Figs. 4, 5): from each the farthest
-/// along the path that it sees, beginning with the start. The result leads from the same start to the
-/// same end, is as free, and never longer.
-#[must_use]
-pub fn necessary_nodes(grid: &Grid, path: &[Cell]) -> Vec<Cell> {
-    let mut kept = Vec::new();
-    let mut rest = path;
-    while let [here, ahead @ ..] = rest {
-        kept.push(*here);
-        let farthest = ahead.iter().rposition(|&there| sees(grid, *here, there));
-        rest = ahead.get(farthest.unwrap_or_default()..).unwrap_or_default();
+/// Keeps of a path whose neighbours see each other the necessary nodes (Figs. 4, 5): the start, and from each
+/// the farthest along the path that it sees. What is left is as free, and never longer.
+pub fn keep_necessary_nodes(grid: &Grid, path: &mut Vec<Cell>) {
+    let (mut here, mut kept) = (0, 1);
+    while let [from, ahead @ ..] = path.get(here..).unwrap_or_default()
+        && !ahead.is_empty()
+    {
+        here += 1 + ahead.iter().rposition(|&there| sees(grid, *from, there)).unwrap_or_default();
+        path.copy_within(here..=here, kept);
+        kept += 1;
     }
-    kept
+    path.truncate(kept);
 }
 
 #[cfg(test)]
@@ -127,8 +126,10 @@ mod tests {
             path in prop::collection::vec((0..20i32, 0..20i32), 2..20),
         ) {
             let path: Vec<Cell> = path.into_iter().map(Cell::from).collect();
-            let kept = necessary_nodes(&open_grid(20), &path);
-            prop_assert_eq!(kept, [path[0], path[path.len() - 1]]);
+            let ends = [path[0], path[path.len() - 1]];
+            let mut kept = path;
+            keep_necessary_nodes(&open_grid(20), &mut kept);
+            prop_assert_eq!(kept, ends);
         }
     }
 }
