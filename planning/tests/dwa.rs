@@ -175,3 +175,29 @@ fn it_gives_way_to_another_robot_and_arrives() {
         assert!(driven.least_gap_m > 0.0 && driven.least_clearance_m >= dwa.radius_m, "{moving:?}");
     }
 }
+
+#[test]
+fn what_is_no_place_or_velocity_makes_it_brake_and_never_hang() {
+    let grid = grid(&["......"; 3]);
+    let obstacles = Obstacles { grid: &grid, cell_m: CELL_M };
+    let route = Route::new(&path(&grid, (1, 1), (4, 1)), &obstacles);
+    let dwa = Dwa::default();
+    let at = |x_m, heading_rad| Pose { at: Point { x_m, y_m: -CELL_M }, heading_rad };
+    let turning = |turn_radps| Velocity { turn_radps, ..Velocity::REST };
+    for nonsense in [f64::NAN, f64::INFINITY, -1e300] {
+        for (pose, velocity) in [
+            (at(nonsense, 0.0), Velocity::REST),
+            (at(CELL_M, nonsense), Velocity::REST),
+            (at(CELL_M, 0.0), turning(nonsense)),
+            (at(CELL_M, 0.0), Velocity { forward_mps: nonsense, ..Velocity::REST }),
+        ] {
+            let mut progress = Progress::default();
+            for _ in 0..60 {
+                let command;
+                (command, progress) = dwa.step(&route, &obstacles, &[], (pose, velocity), progress);
+
+                assert!(!matches!(command, Command::Arrived), "{pose:?} {velocity:?}");
+            }
+        }
+    }
+}

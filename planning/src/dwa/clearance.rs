@@ -38,8 +38,7 @@ impl Obstacles<'_> {
             let mut row = first;
             loop {
                 let down = ((f64::from(row) - y).abs() - 0.5).max(0.0);
-                // Written so that a NaN ends it too.
-                if !(down * down < nearest) {
+                if down * down >= nearest {
                     break;
                 }
                 let across = self.blocked_in_row(row, here.x, x, nearest);
@@ -93,8 +92,7 @@ impl Obstacles<'_> {
         loop {
             let share = if way_m > 0.0 { (gone_m / way_m).min(1.0) } else { 1.0 };
             let room_m = self.clearance_m(from.towards(to, share), radius_m + way_m) - radius_m;
-            // Written so that a NaN is no clear way.
-            if !(room_m >= 0.0) {
+            if room_m < 0.0 {
                 return false;
             }
             if gone_m >= way_m {

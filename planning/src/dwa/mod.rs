@@ -314,11 +314,11 @@ impl Dwa {
             now = chassis.ramped(now, target);
             pose = pose.moved(now, chassis.tick_s);
             free_m -= now.speed_mps() * chassis.tick_s;
-            // Written so that a NaN is not admissible.
-            if !(free_m >= 0.0) {
+            // What is no number has no room.
+            if free_m < 0.0 || free_m.is_nan() {
                 free_m = room_m(pose.at);
                 least_m = least_m.min(free_m);
-                if !(free_m >= 0.0) {
+                if free_m < 0.0 {
                     return None;
                 }
             }

@@ -104,9 +104,9 @@ impl Pose {
 pub struct Chassis {
     /// How far a wheel rolls for a radian of turn (H/2 + W/2), in m.
     pub arm_m: f64,
-    /// The most a wheel's speed changes in a tick, in m/s.
+    /// The most a wheel's speed changes in a tick, in m/s; above zero.
     pub increment_mps: f64,
-    /// A control tick, in s.
+    /// A control tick, in s; above zero.
     pub tick_s: f64,
     /// The fastest forward or back, in m/s.
     pub forward_mps: f64,
