@@ -1,28 +1,62 @@
-//! A* finds MovingAI's optimal lengths: octile costs, no corner cutting.
+//! Optimal planners find MovingAI's optimal lengths (octile costs, no corner cutting): some queries of
+//! each map. `cargo xtask test` has all of them checked by the benchmark, in an optimised build.
 #![allow(clippy::unwrap_used)]
 
+use std::{fs, path::Path};
+
 use planning::{
-    formats::movingai::read_map,
-    grid::Cell,
+    formats::{movingai::read_map, scen::read_scen},
+    grid::Grid,
+    indexed::Index,
     moves::MoveSet,
-    search::{AStar, Planner, Workspace},
+    search::{AStar, Dijkstra, Planner},
 };
 
-#[test]
-fn a_star_finds_the_optimal_length_of_every_query() {
-    let grid = read_map(include_str!("data/arena2.map")).unwrap();
-    let mut workspace = Workspace::default();
-    let mut queries = 0;
-    for line in include_str!("data/arena2.map.scen").lines().skip(1) {
-        let fields: Vec<&str> = line.split_whitespace().collect();
-        let [from_x, from_y, to_x, to_y] = [4, 5, 6, 7].map(|field| fields[field].parse::<i32>().unwrap());
-        let optimal: f64 = fields[8].parse().unwrap();
-        let (from, to) = (Cell { x: from_x, y: from_y }, Cell { x: to_x, y: to_y });
-        let found = AStar::new(&grid, MoveSet::Eight).plan(from, to, &mut workspace).unwrap();
-        let length = found.path.length().units();
-        assert!((length - optimal).abs() < 0.01, "{line}: found {length}");
-        assert!(found.path.is_walkable(&grid, MoveSet::Eight), "{line}");
-        queries += 1;
+const MAPS: [&str; 5] = ["arena2", "brc202d", "maze512-4-0", "office500", "random512-10-0"];
+
+fn read(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/bench");
+    fs::read_to_string(folder.join(name)).unwrap()
+}
+
+fn grid(map: &str) -> Grid {
+    read_map(&read(&format!("{map}.map"))).unwrap()
+}
+
+/// Plans `count` queries of the map, evenly spaced, and compares the lengths.
+fn check(planner: &impl Planner, map: &str, grid: &Grid, count: usize) {
+    let queries = read_scen(&read(&format!("{map}.map.scen"))).unwrap();
+    let mut workspace = Default::default();
+    for query in queries.iter().step_by(queries.len() / count) {
+        let path = planner.plan(query.from, query.to, &mut workspace).unwrap().path;
+        let length = path.length().units();
+        assert!((length - query.optimal).abs() < 0.01, "{query:?}: found {length}");
+        assert_eq!((path.start(), path.end()), (query.from, query.to), "{query:?}");
+        assert!(path.is_walkable(grid, MoveSet::Eight), "{query:?}");
     }
-    assert_eq!(queries, 114);
+}
+
+#[test]
+fn a_star_finds_optimal_lengths() {
+    for map in MAPS {
+        let grid = grid(map);
+        check(&AStar::new(&grid, MoveSet::Eight), map, &grid, 20);
+    }
+}
+
+#[test]
+fn dijkstra_finds_optimal_lengths() {
+    for map in MAPS {
+        let grid = grid(map);
+        check(&Dijkstra::new(&grid, MoveSet::Eight), map, &grid, 10);
+    }
+}
+
+#[test]
+fn the_index_finds_optimal_lengths() {
+    // In the fast set, only where an index takes little: all maps are checked by the benchmark.
+    for map in ["arena2", "maze512-4-0", "office500"] {
+        let grid = grid(map);
+        check(&Index::build(grid.clone()), map, &grid, 200);
+    }
 }

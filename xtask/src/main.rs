@@ -2,7 +2,7 @@
 //!
 //! One idea a module: [`setup`] finds or installs what is missing (through [`apt`] where it must),
 //! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds an image, [`mod@flash`] flashes
-//! it, [`size`] and [`mod@bench`] measure one, [`fuzz`] runs the fuzzer's targets, [`mod@test`] is what
+//! it, [`size`] and [`mod@bench`] measure one, [`planning`] measures and checks planners, [`fuzz`] runs the fuzzer's targets, [`mod@test`] is what
 //! the project's continuous integration runs. Whatever fails says why and what to do next, and ends
 //! with exit code 1.
 
@@ -13,6 +13,7 @@ mod firmware;
 mod flash;
 mod fuzz;
 mod labwired;
+mod planning;
 mod setup;
 mod size;
 mod test;
@@ -21,7 +22,7 @@ mod toolchain;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand};
 
 use command::Failure;
 use flash::Board;
@@ -60,13 +61,11 @@ enum Task {
         /// Which.
         board: Board,
     },
-    /// Measures an image: what the chassis' control ticks or the pile's frames cost, and memory.
+    /// Measures: what the chassis' control ticks or the pile's frames cost, or how long planning takes.
     Bench {
-        /// Which.
-        image: Image,
-        /// Print JSON.
-        #[arg(long)]
-        json: bool,
+        /// What.
+        #[command(subcommand)]
+        what: Bench,
     },
     /// Feeds deframer, decoder, readers and store what a fuzzer makes up.
     Fuzz {
@@ -91,12 +90,30 @@ enum Task {
     },
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Image {
-    /// The chassis, for 10,000 control ticks: about half a minute.
-    Chassis,
-    /// The pile: what it costs to seal and to open frames.
-    Pile,
+#[derive(Subcommand)]
+enum Bench {
+    /// The chassis' image, for 10,000 control ticks: about half a minute.
+    Chassis {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// The pile's image: what it costs to seal and to open frames.
+    Pile {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// Planners on maps with known optimal lengths, beside other crates: some minutes.
+    Planning {
+        /// A folder of maps (`.map`), each with its queries (`.map.scen` or `.scen`) beside it; the five in the
+        /// repository if none is named.
+        #[arg(long, value_name = "DIR")]
+        maps: Option<PathBuf>,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
 }
 
 fn main() -> ExitCode {
@@ -109,8 +126,9 @@ fn main() -> ExitCode {
             setup::arm_toolchain(TARGET).and_then(|toolchain| flash::flash(&toolchain, board, dry_run))
         }
         Task::Boot { board } => labwired::boot(board),
-        Task::Bench { image: Image::Chassis, json } => bench::chassis(json),
-        Task::Bench { image: Image::Pile, json } => bench::pile(json),
+        Task::Bench { what: Bench::Chassis { json } } => bench::chassis(json),
+        Task::Bench { what: Bench::Pile { json } } => bench::pile(json),
+        Task::Bench { what: Bench::Planning { maps, json } } => planning::bench(maps.as_deref(), json),
         Task::Fuzz { seconds, keep, json } => fuzz::run(seconds, keep, json),
         Task::Emulate { link, reader } => emulate(link, reader),
     };

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::command::{Command, Failure, cargo};
-use crate::{firmware, fuzz, labwired, setup};
+use crate::{firmware, fuzz, labwired, planning, setup};
 
 /// The steps that ran, and how long each took.
 #[derive(Default)]
@@ -32,6 +32,7 @@ fn run(steps: &mut Steps) -> Result<(), Failure> {
     steps.commands("documentation", [documentation])?;
     steps.commands("firmware documentation", firmware::documentation(&toolchain))?;
     steps.commands("tests", [cargo("test --quiet --workspace")])?;
+    steps.commands("optimal lengths", [planning::check()])?;
     steps.step("fuzzing", "cargo xtask fuzz", fuzz::test)
 }
 

@@ -1,0 +1,174 @@
+//! The planners that are measured: ours, and those of other crates.
+
+use grid_pathfinding::PathingGrid;
+use grid_util::{grid::ValueGrid, point::Point};
+use planning::{
+    grid::{Cell, Grid},
+    indexed::Index,
+    moves::{self, Length, MoveSet},
+    search::{AStar, Dijkstra, Planner},
+};
+
+/// Anything that plans, ready for queries.
+pub trait Contestant {
+    /// Plans; `None` if there is no path.
+    fn plan(&mut self, from: Cell, to: Cell) -> Option<Answer>;
+
+    /// Whether the path it finds leads from start to goal by allowed moves. Only asked of ours.
+    fn is_walkable(&mut self, _grid: &Grid, _from: Cell, _to: Cell) -> bool {
+        true
+    }
+
+    /// What it keeps of the map, in bytes, as far as it tells.
+    fn bytes(&self) -> Option<usize> {
+        None
+    }
+}
+
+/// What a planner found.
+pub struct Answer {
+    /// In cells.
+    pub length: f64,
+    /// Nodes expanded, as far as the planner tells.
+    pub expanded: Option<u32>,
+}
+
+/// A planner to be made for a map.
+pub struct Entry {
+    pub name: &'static str,
+    /// Whether it finds optimal lengths under our corner rule.
+    pub is_optimal: bool,
+    /// Whether it is asked some queries only, so that a run takes minutes.
+    pub is_sampled: bool,
+    pub make: for<'g> fn(&'g Grid) -> Box<dyn Contestant + 'g>,
+}
+
+/// Our planners.
+pub const OURS: [Entry; 3] = [
+    Entry {
+        name: "indexed",
+        is_optimal: true,
+        is_sampled: false,
+        make: |grid| {
+            let index = Index::build(grid.clone());
+            let bytes = index.bytes();
+            Box::new(Ours { planner: index, workspace: Default::default(), bytes })
+        },
+    },
+    Entry {
+        name: "A*",
+        is_optimal: true,
+        is_sampled: true,
+        make: |grid| {
+            let planner = AStar::new(grid, MoveSet::Eight);
+            Box::new(Ours { planner, workspace: Default::default(), bytes: 0 })
+        },
+    },
+    Entry {
+        name: "Dijkstra",
+        is_optimal: true,
+        is_sampled: true,
+        make: |grid| {
+            let planner = Dijkstra::new(grid, MoveSet::Eight);
+            Box::new(Ours { planner, workspace: Default::default(), bytes: 0 })
+        },
+    },
+];
+
+/// `pathfinding`, with our moves.
+pub const PATHFINDING: Entry = Entry {
+    name: "pathfinding 4.16 astar",
+    is_optimal: true,
+    is_sampled: true,
+    make: |grid| Box::new(Pathfinding { grid }),
+};
+
+/// `grid_pathfinding`. Its version 0.3.0 has no option against cutting corners, and squeezes between
+/// two blocked cells that touch: its paths are shorter and its problem another one.
+pub const GRID_PATHFINDING: Entry = Entry {
+    name: "grid_pathfinding 0.3.0 (cuts corners)",
+    is_optimal: false,
+    is_sampled: true,
+    make: |grid| Box::new(GridPathfinding::new(grid)),
+};
+
+struct Ours<P: Planner> {
+    planner: P,
+    workspace: P::Workspace,
+    bytes: usize,
+}
+
+impl<P: Planner> Contestant for Ours<P> {
+    fn plan(&mut self, from: Cell, to: Cell) -> Option<Answer> {
+        let plan = self.planner.plan(from, to, &mut self.workspace).ok()?;
+        Some(Answer { length: plan.path.length().units(), expanded: Some(plan.expanded) })
+    }
+
+    fn is_walkable(&mut self, grid: &Grid, from: Cell, to: Cell) -> bool {
+        self.planner.plan(from, to, &mut self.workspace).is_ok_and(|plan| {
+            (plan.path.start(), plan.path.end()) == (from, to) && plan.path.is_walkable(grid, MoveSet::Eight)
+        })
+    }
+
+    fn bytes(&self) -> Option<usize> {
+        Some(self.bytes)
+    }
+}
+
+struct Pathfinding<'g> {
+    grid: &'g Grid,
+}
+
+/// A cell's length in millionths.
+const STRAIGHT: u64 = 1_000_000;
+const DIAGONAL: u64 = 1_414_214;
+
+impl Contestant for Pathfinding<'_> {
+    fn plan(&mut self, from: Cell, to: Cell) -> Option<Answer> {
+        let weight =
+            |length: Length| u64::from(length.straight) * STRAIGHT + u64::from(length.diagonal) * DIAGONAL;
+        let grid = self.grid;
+        let successors = |&cell: &Cell| {
+            let allowed = move |&&step: &&(i32, i32)| moves::allowed(grid, cell, step);
+            let steps = MoveSet::Eight.steps().iter().filter(allowed);
+            steps.map(move |&step| (cell.offset(step.0, step.1), weight(Length::of(step))))
+        };
+        let estimate = |cell: &Cell| weight(MoveSet::Eight.open_length(to.x - cell.x, to.y - cell.y));
+        let (path, _) = pathfinding::prelude::astar(&from, successors, estimate, |&cell| cell == to)?;
+        let step = |pair: &[Cell]| match pair {
+            &[one, other] => Length::of((other.x - one.x, other.y - one.y)),
+            _ => Length::default(),
+        };
+        let length: Length = path.windows(2).map(step).sum();
+        Some(Answer { length: length.units(), expanded: None })
+    }
+}
+
+struct GridPathfinding {
+    grid: PathingGrid,
+}
+
+impl GridPathfinding {
+    fn new(map: &Grid) -> Self {
+        let mut grid = PathingGrid::new(map.width() as usize, map.height() as usize, true);
+        for cell in map.free_cells() {
+            grid.set(cell.x, cell.y, false);
+        }
+        grid.initialize();
+        grid.generate_components();
+        Self { grid }
+    }
+}
+
+impl Contestant for GridPathfinding {
+    fn plan(&mut self, from: Cell, to: Cell) -> Option<Answer> {
+        let point = |cell: Cell| Point::new(cell.x, cell.y);
+        let waypoints = self.grid.get_waypoints_single_goal(point(from), point(to), false)?;
+        let run = |pair: &[Point]| match pair {
+            &[one, other] => MoveSet::Eight.open_length(other.x - one.x, other.y - one.y),
+            _ => Length::default(),
+        };
+        let length: Length = waypoints.windows(2).map(run).sum();
+        Some(Answer { length: length.units(), expanded: None })
+    }
+}

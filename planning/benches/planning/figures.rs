@@ -1,0 +1,52 @@
+//! The figures to reach, beside ours.
+
+use serde::Serialize;
+
+use crate::report::Report;
+
+/// One figure.
+#[derive(Clone, Debug, Serialize)]
+pub struct Figure {
+    pub number: u8,
+    pub what: String,
+    pub ours: f64,
+    pub asked: f64,
+    pub unit: &'static str,
+}
+
+/// Mean microseconds a query at most: map, by jump point search, by index.
+const QUERIES: [(&str, f64, f64); 5] = [
+    ("office500", 50.0, 12.0),
+    ("brc202d", 40.0, 12.0),
+    ("arena2", 10.0, 5.0),
+    ("maze512-4-0", 190.0, 20.0),
+    ("random512-10-0", 500.0, 120.0),
+];
+
+/// All figures that this run has measured.
+pub fn compare(report: &Report) -> Vec<Figure> {
+    let mut figures = Vec::new();
+    for (map, jps, indexed) in QUERIES {
+        for (number, planner, asked) in [(2, "JPS", jps), (3, "indexed", indexed)] {
+            if let Some(found) = report.planner(map, planner) {
+                let what = format!("{map}, {planner}, mean");
+                figures.push(Figure { number, what, ours: found.micros.mean, asked, unit: "us" });
+            }
+        }
+    }
+    for map in &report.maps {
+        if let Some(found) = report.planner(&map.map, "indexed") {
+            let what = format!("{}, index built", map.map);
+            figures.push(Figure { number: 3, what, ours: found.index_seconds, asked: 1.0, unit: "s" });
+        }
+    }
+    let mut assigned = |what: &str, ours, asked| {
+        figures.push(Figure { number: 6, what: what.into(), ours, asked, unit: "us" });
+    };
+    if let Some(assignment) = &report.assignment {
+        assigned("assignment of 100 x 100, mean", assignment.solve.mean, 60.0);
+        assigned("assignment, one row changed, mean", assignment.changed_row.mean, 5.0);
+    }
+    figures.sort_by_key(|figure| figure.number);
+    figures
+}
