@@ -20,6 +20,7 @@
 //! | [`parking`] | parking lots with cars at random |
 //! | [`swarm`] | paths by wolves and particles |
 //! | [`assign`] | which robot goes to which pile |
+//! | [`virtual_obstacles`] | one robot keeps off another's path |
 //! | [`formats`] | maps as other programs write them |
 //!
 //! ```
@@ -49,3 +50,4 @@ pub mod rooms;
 pub mod rrt;
 pub mod search;
 pub mod swarm;
+pub mod virtual_obstacles;

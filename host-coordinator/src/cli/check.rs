@@ -29,7 +29,8 @@ impl Check {
         if self.json {
             return Ok(());
         }
-        let cut_off = site.piles.iter().filter(|pile| !site.has_door_to(pile));
+        let has_others = site.rooms.subareas().iter().count() > 1;
+        let cut_off = site.piles.iter().filter(|pile| has_others && !site.has_door_to(pile));
         for pile in cut_off {
             out(&format!(
                 "pile {} is in a subarea without a door: robots elsewhere will not use it",

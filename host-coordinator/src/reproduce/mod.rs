@@ -6,10 +6,11 @@
 //! | [`row`] | one number beside ours, and the verdict |
 //! | [`figure`] | what an experiment draws, as plain data |
 //! | [`render`] | figures as PNG and SVG |
-//! | [`lmpp`] ... | a paper: its tables and figures |
+//! | [`lmpp`], [`access`] | a paper each: its tables and figures |
 //!
 //! To add a paper, write its module with a [`Paper`] and name it in [`PAPERS`].
 
+pub mod access;
 pub mod figure;
 pub mod lmpp;
 pub mod render;
@@ -22,7 +23,7 @@ pub use self::row::{Printed, Row, Value, Verdict};
 use crate::{diagnostics::Diagnostics, site::OutsideMap};
 
 /// Every paper that is reproduced.
-pub const PAPERS: &[Paper] = &[lmpp::PAPER];
+pub const PAPERS: &[Paper] = &[lmpp::PAPER, access::PAPER];
 
 /// A paper, and how its tables and figures are computed.
 #[derive(Debug)]

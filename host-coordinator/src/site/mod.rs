@@ -98,15 +98,44 @@ impl Site {
     /// # Errors
     /// None but in a program that was built with a faulty site.
     pub fn fig7() -> Result<Self, Diagnostics> {
-        load::load(Path::new("sites/lmpp-fig7"), &|file| {
-            let text = match file.file_name().and_then(|name| name.to_str()) {
-                Some("site.toml") => include_str!("../../../sites/lmpp-fig7/site.toml"),
-                Some("fig7.map") => include_str!("../../../sites/lmpp-fig7/fig7.map"),
-                Some("subareas.txt") => include_str!("../../../sites/lmpp-fig7/subareas.txt"),
-                _ => return Err(io::ErrorKind::NotFound.into()),
-            };
-            Ok(text.to_owned())
-        })
+        built_in(
+            "sites/lmpp-fig7",
+            &[
+                ("site.toml", include_str!("../../../sites/lmpp-fig7/site.toml")),
+                ("fig7.map", include_str!("../../../sites/lmpp-fig7/fig7.map")),
+                ("subareas.txt", include_str!("../../../sites/lmpp-fig7/subareas.txt")),
+            ],
+        )
+    }
+
+    /// The site of Access's Experiments 1 and 2, which is built into the program.
+    ///
+    /// # Errors
+    /// None but in a program that was built with a faulty site.
+    pub fn access_fig1() -> Result<Self, Diagnostics> {
+        built_in(
+            "sites/access-fig1",
+            &[
+                ("site.toml", include_str!("../../../sites/access-fig1/site.toml")),
+                ("depot.map", include_str!("../../../sites/access-fig1/depot.map")),
+                ("subareas.txt", include_str!("../../../sites/access-fig1/subareas.txt")),
+            ],
+        )
+    }
+
+    /// The site of Access's Fig. 3, which is built into the program.
+    ///
+    /// # Errors
+    /// None but in a program that was built with a faulty site.
+    pub fn access_fig3() -> Result<Self, Diagnostics> {
+        built_in(
+            "sites/access-fig3",
+            &[
+                ("site.toml", include_str!("../../../sites/access-fig3/site.toml")),
+                ("access.map", include_str!("../../../sites/access-fig3/access.map")),
+                ("subareas.txt", include_str!("../../../sites/access-fig3/subareas.txt")),
+            ],
+        )
     }
 
     /// The cell at site coordinates `(x, y)`.
@@ -201,6 +230,14 @@ impl Site {
     }
 }
 
+/// Reads a site from files within the program.
+fn built_in(folder: &str, files: &[(&str, &str)]) -> Result<Site, Diagnostics> {
+    load::load(Path::new(folder), &|file| {
+        let named = files.iter().find(|(name, _)| file.ends_with(name));
+        named.map(|(_, text)| (*text).to_owned()).ok_or_else(|| io::ErrorKind::NotFound.into())
+    })
+}
+
 #[cfg(test)]
 mod tests {
 
@@ -212,6 +249,12 @@ mod tests {
         let (built_in, read) = (Site::fig7().unwrap(), Site::load(&folder).unwrap());
         assert_eq!((built_in.grid, built_in.rooms), (read.grid, read.rooms));
         assert_eq!((built_in.piles.len(), built_in.congestion.len()), (13, 7));
+    }
+
+    #[test]
+    fn every_built_in_site_can_be_read() {
+        assert_eq!(Site::access_fig1().unwrap().piles.len(), 6);
+        assert_eq!(Site::access_fig3().unwrap().piles.len(), 12);
     }
 
     #[test]
