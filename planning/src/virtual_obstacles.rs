@@ -89,7 +89,9 @@ mod tests {
         ) {
             let mut grid = grid(10, &bits);
             let [arriving, dock, leaving] = ends.map(|index| grid.cell(index));
-            [arriving, dock, leaving].map(|cell| grid.set(cell, true));
+            for cell in [arriving, dock, leaving] {
+                grid.set(cell, true);
+            }
             let mut workspace = Workspace::default();
             let Ok(other) = AStar::new(&grid, moves).plan(arriving, dock, &mut workspace) else { return Ok(()) };
             let other = other.path.clone();
