@@ -30,9 +30,9 @@ fn maps() -> impl Strategy<Value = Grid> {
 }
 
 fn settings() -> impl Strategy<Value = Settings> {
-    (1u16..7, 0u32..25, 0u16..9).prop_map(|(population, iterations, nodes)| Settings {
+    (1u16..7, 1u32..25, 0u16..9).prop_map(|(population, iterations, nodes)| Settings {
         population: population.try_into().unwrap(),
-        iterations,
+        iterations: iterations.try_into().unwrap(),
         nodes,
     })
 }
@@ -54,10 +54,10 @@ proptest! {
                     prop_assert_eq!((hunt.path.start(), hunt.path.end()), (from, to));
                     prop_assert!(hunt.path.length() >= shortest.path.length());
                     prop_assert!(hunt.length_cells <= hunt.path.length().units() + 1e-9);
-                    prop_assert_eq!(hunt.curve.len(), settings.iterations as usize + 1);
+                    prop_assert_eq!(hunt.curve.len(), settings.iterations.get() as usize);
                     prop_assert!(hunt.curve.is_sorted_by(|before, after| before >= after));
                     prop_assert!(hunt.curve.iter().all(|fitness| fitness.is_finite()));
-                    prop_assert!(hunt.iterations() <= settings.iterations);
+                    prop_assert!((1..=settings.iterations.get()).contains(&hunt.iterations()));
                 }
                 (Err(ours), Err(theirs)) => prop_assert_eq!(&ours, theirs),
                 (ours, theirs) => prop_assert!(false, "{:?}, but A* {:?}", ours.map(|hunt| hunt.length_cells), theirs),
@@ -115,11 +115,11 @@ fn a_seed_has_the_answer_it_always_had_on_every_machine() {
     let answers = ALGORITHMS.map(|algorithm| [1, 2].map(|seed| answer(algorithm, seed)));
     // To the last bit.
     let pinned = [
-        [(93, 36.33420817654564), (0, 39.071067811865476)],
-        [(18, 36.06374439217422), (92, 37.384402799378826)],
-        [(0, 36.10544360778351), (0, 35.747892009580966)],
-        [(50, 35.747892009580966), (0, 35.747892009580966)],
-        [(92, 35.747892009580966), (57, 41.04987562112089)],
+        [(94, 36.33420817654564), (1, 39.071067811865476)],
+        [(19, 36.06374439217422), (93, 37.384402799378826)],
+        [(1, 36.10544360778351), (1, 35.747892009580966)],
+        [(51, 35.747892009580966), (1, 35.747892009580966)],
+        [(93, 35.747892009580966), (1, 35.747892009580966)],
     ];
     assert_eq!(answers, pinned);
 }

@@ -41,7 +41,7 @@ mod population;
 mod pso;
 mod route;
 
-use std::num::NonZeroU16;
+use std::num::{NonZeroU16, NonZeroU32};
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
@@ -103,8 +103,9 @@ impl Algorithm {
 pub struct Settings {
     /// How many wolves or particles.
     pub population: NonZeroU16,
-    /// How often they move.
-    pub iterations: u32,
+    /// How often they are ranked: the first iteration ranks the paths drawn at random, and before each
+    /// that follows all move once.
+    pub iterations: NonZeroU32,
     /// How many nodes a path has between start and goal (dim). IGWO's table of it is missing from the
     /// text at hand.
     pub nodes: u16,
@@ -113,7 +114,11 @@ pub struct Settings {
 impl Default for Settings {
     /// 5 wolves and 100 iterations, as in IGWO, section 4; 8 nodes.
     fn default() -> Self {
-        Self { population: NonZeroU16::MIN.saturating_add(4), iterations: 100, nodes: 8 }
+        Self {
+            population: NonZeroU16::MIN.saturating_add(4),
+            iterations: NonZeroU32::MIN.saturating_add(99),
+            nodes: 8,
+        }
     }
 }
 
@@ -150,18 +155,18 @@ pub struct Hunt<'w> {
     pub turns: &'w [Cell],
     /// The length of the straight pieces between the turns (eq. 9), in cells.
     pub length_cells: f64,
-    /// The best fitness at the start and after each iteration.
+    /// The best fitness after each iteration.
     pub curve: &'w [f64],
     /// How many paths were tried.
     pub tried: u32,
 }
 
 impl Hunt<'_> {
-    /// After how many iterations the best path was found.
+    /// How many iterations it took to find the best path: at least 1.
     #[must_use]
     pub fn iterations(&self) -> u32 {
         let worse = self.curve.iter().take_while(|&fitness| self.curve.last() != Some(fitness));
-        worse.count() as u32
+        1 + worse.count() as u32
     }
 }
 
@@ -196,8 +201,9 @@ impl<'g> Swarm<'g> {
         let ground = Ground { grid: self.grid, from, to };
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
         self.begin(ground, workspace, &mut rng).ok_or(SearchError::NoPath { from, to })?;
-        for iteration in 0..self.settings.iterations {
-            let progress = f64::from(iteration) / f64::from(self.settings.iterations);
+        let moves = self.settings.iterations.get() - 1;
+        for done in 0..moves {
+            let progress = f64::from(done) / f64::from(moves);
             self.iterate(ground, progress, workspace, &mut rng);
             workspace.curve.push(workspace.leaders.alpha().fitness);
         }
@@ -228,7 +234,7 @@ impl<'g> Swarm<'g> {
             flights.iter_mut().zip(&*agents).for_each(|(flight, particle)| flight.start(particle));
         }
         curve.clear();
-        curve.reserve(iterations as usize + 1);
+        curve.reserve(iterations.get() as usize);
         curve.push(leaders.alpha().fitness);
         Some(())
     }
