@@ -12,6 +12,7 @@
 
 pub mod access;
 pub mod figure;
+pub mod igwo;
 pub mod lmpp;
 pub mod render;
 pub mod row;
@@ -23,7 +24,7 @@ pub use self::row::{Printed, Row, Value, Verdict};
 use crate::{diagnostics::Diagnostics, site::OutsideMap};
 
 /// Every paper that is reproduced.
-pub const PAPERS: &[Paper] = &[lmpp::PAPER, access::PAPER];
+pub const PAPERS: &[Paper] = &[lmpp::PAPER, access::PAPER, igwo::PAPER];
 
 /// A paper, and how its tables and figures are computed.
 #[derive(Debug)]

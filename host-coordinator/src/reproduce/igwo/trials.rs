@@ -3,7 +3,7 @@
 use planning::{
     grid::Cell,
     moves::MoveSet,
-    search::{self, SearchError},
+    search::{self, AStar, Planner, SearchError},
     swarm::{Algorithm, Settings, Swarm, Workspace},
 };
 
@@ -83,6 +83,6 @@ pub fn mean(values: &[f64]) -> f64 {
 /// The path of A\* with 8 neighbours and its length in metres.
 pub fn astar(place: &Place) -> Result<(Vec<Cell>, f64), SearchError> {
     let mut workspace = search::Workspace::default();
-    let found = search::astar(&place.grid, MoveSet::Eight, place.from, place.to, &mut workspace)?;
-    Ok((found.path.waypoints().to_vec(), found.path.length().units() * place.metres_per_cell))
+    let path = AStar::new(&place.grid, MoveSet::Eight).plan(place.from, place.to, &mut workspace)?.path;
+    Ok((path.waypoints().to_vec(), path.length().units() * place.metres_per_cell))
 }
