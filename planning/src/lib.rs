@@ -8,7 +8,7 @@
 //! | [`grid`] | which cells are free |
 //! | [`moves`] | how a robot steps from cell to cell, and the one corner rule |
 //! | [`path`] | waypoints and exact lengths |
-//! | [`search`] | shortest paths found on the map: A*, Dijkstra |
+//! | [`search`] | shortest paths found on the map: jump point search, A*, Dijkstra |
 //! | [`indexed`] | any start to any goal through an index of the map |
 //! | [`rrt`] | trees that explore by chance, and paths along what they found |
 //! | [`dwa`] | velocities for a Mecanum chassis that follow a path |

@@ -4,7 +4,7 @@
 use planning::{
     grid::{Cell, Grid},
     moves::{Length, MoveSet},
-    search::{AStar, Dijkstra, Planner, SearchError, Workspace},
+    search::{AStar, Dijkstra, Jps, Planner, SearchError, Workspace, jps},
 };
 use proptest::{prelude::*, sample::Index};
 
@@ -111,6 +111,10 @@ proptest! {
         let mut workspace = Workspace::default();
         prop_assert_eq!(length(&Dijkstra::new(&grid, moves), map, ends, &mut workspace), shortest);
         prop_assert_eq!(length(&AStar::new(&grid, moves), map, ends, &mut workspace), shortest);
+        if moves == MoveSet::Eight {
+            let jps = Jps::new(grid.clone());
+            prop_assert_eq!(length(&jps, map, ends, &mut jps::Workspace::default()), shortest);
+        }
     }
 
     #[test]

@@ -4,18 +4,21 @@
 //! |---|---|---|
 //! | [`Dijkstra`] | 8 or 16 | nothing; also from one cell to many |
 //! | [`AStar`] | 8 or 16 | nothing |
+//! | [`Jps`] | 8 | bitmaps of where jumps end |
 //!
 //! All answer the one trait [`Planner`]. Costs are integers, so the same query expands the same nodes
 //! on every machine.
 
 mod astar;
 mod dijkstra;
+pub mod jps;
 pub(crate) mod neighbours;
 mod nodes;
 mod open;
 
 pub use astar::AStar;
 pub use dijkstra::{Dijkstra, Ways};
+pub use jps::Jps;
 pub use nodes::Workspace;
 use open::Open;
 

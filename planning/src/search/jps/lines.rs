@@ -1,0 +1,196 @@
+//! A bitmap cut into lines of cells, along rows, columns or diagonals, and how to turn one into another.
+
+/// One bit a cell, every line starting a word. Its lines run one way; the last bit of each is in a word
+/// of its own line, and what is beyond is 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Lines {
+    /// Cells a line.
+    length: usize,
+    /// Words a line: enough for one cell more than there are.
+    words: usize,
+    bits: Vec<u64>,
+}
+
+impl Lines {
+    pub(super) fn new(lines: usize, length: usize) -> Self {
+        let words = length / 64 + 1;
+        Self { length, words, bits: vec![0; lines * words] }
+    }
+
+    pub(super) const fn count(&self) -> usize {
+        self.bits.len() / self.words
+    }
+
+    pub(super) const fn length(&self) -> usize {
+        self.length
+    }
+
+    pub(super) const fn bytes(&self) -> usize {
+        self.bits.len() * 8
+    }
+
+    /// What is set in either.
+    pub(super) fn joined(&self, other: &Self) -> Self {
+        let bits = self.bits.iter().zip(&other.bits).map(|(one, other)| one | other).collect();
+        Self { bits, ..*self }
+    }
+
+    /// What is not set, and whatever in the bits beyond the ends.
+    pub(super) fn inverted(mut self) -> Self {
+        self.bits.iter_mut().for_each(|word| *word = !*word);
+        self
+    }
+
+    pub(super) fn line(&self, line: usize) -> &[u64] {
+        &self.bits[line * self.words..(line + 1) * self.words]
+    }
+
+    pub(super) fn line_mut(&mut self, line: usize) -> &mut [u64] {
+        &mut self.bits[line * self.words..(line + 1) * self.words]
+    }
+
+    #[inline]
+    pub(super) fn bit(&self, line: usize, at: usize) -> bool {
+        self.bits[line * self.words + at / 64] >> (at % 64) & 1 != 0
+    }
+
+    /// The first bit that is set from `at` on; there must be one.
+    #[inline]
+    pub(super) fn next(&self, line: usize, at: usize) -> usize {
+        let line = line * self.words;
+        let mut index = at / 64;
+        let mut word = self.bits[line + index] & (u64::MAX << (at % 64));
+        while word == 0 {
+            index += 1;
+            word = self.bits[line + index];
+        }
+        index * 64 + word.trailing_zeros() as usize
+    }
+
+    /// The last bit that is set up to `at`; there must be one.
+    #[inline]
+    pub(super) fn previous(&self, line: usize, at: usize) -> usize {
+        let line = line * self.words;
+        let mut index = at / 64;
+        let mut word = self.bits[line + index] & (u64::MAX >> (63 - at % 64));
+        while word == 0 {
+            index -= 1;
+            word = self.bits[line + index];
+        }
+        index * 64 + 63 - word.leading_zeros() as usize
+    }
+
+    /// The bits that are set from `first` to `last`, by rising places.
+    #[inline]
+    pub(super) fn between(&self, line: usize, first: usize, last: usize) -> impl Iterator<Item = usize> {
+        let words = &self.bits[line * self.words + first / 64..=line * self.words + last / 64];
+        let (start, end) = (first % 64, last - first / 64 * 64);
+        words.iter().enumerate().flat_map(move |(index, &word)| {
+            let mut word = if index == 0 { word & (u64::MAX << start) } else { word };
+            let end = end - (index * 64).min(end);
+            if end < 63 && index + 1 == words.len() {
+                word &= u64::MAX >> (63 - end);
+            }
+            std::iter::from_fn(move || {
+                let bit = (word != 0).then(|| word.trailing_zeros() as usize)?;
+                word &= word - 1;
+                Some(first / 64 * 64 + index * 64 + bit)
+            })
+        })
+    }
+
+    /// The lines crossing these: cell `x` of line `y` becomes cell `y` of line `x - y * slant`, counted
+    /// around. Slant 0 makes columns of rows, 1 and -1 the two kinds of diagonals. A diagonal that
+    /// leaves at one side goes on at the other.
+    pub(super) fn crossing(&self, slant: isize) -> Self {
+        let mut crossing = Self::new(self.length, self.count());
+        for block in 0..self.count().div_ceil(64) {
+            for first in (0..self.length).step_by(64) {
+                let mut square = [0; 64];
+                for (y, word) in (block * 64..self.count()).zip(&mut square) {
+                    let x = (first as isize + slant * y as isize).rem_euclid(self.length as isize);
+                    *word = self.around(y, x as usize);
+                }
+                transpose(&mut square);
+                for (line, word) in (first..self.length).zip(square) {
+                    crossing.bits[line * crossing.words + block] = word;
+                }
+            }
+        }
+        crossing
+    }
+
+    /// 64 cells of a line from `at` on, and from its start again after its end.
+    fn around(&self, line: usize, at: usize) -> u64 {
+        let line = self.line(line);
+        let low = line[at / 64] >> (at % 64);
+        let high = line.get(at / 64 + 1).map_or(0, |high| high << 1 << (63 - at % 64));
+        let mut window = low | high;
+        let mut filled = self.length - at;
+        while filled < 64 {
+            window |= line[0] << filled;
+            filled += self.length;
+        }
+        window
+    }
+}
+
+/// Mirrors a square of 64 x 64 bits at its diagonal, by halves, quarters and so on.
+fn transpose(square: &mut [u64; 64]) {
+    let mut half = 32;
+    let mut mask = u64::MAX >> 32;
+    while half > 0 {
+        let mut row = 0;
+        while row < 64 {
+            let swap = (square[row] >> half ^ square[row + half]) & mask;
+            square[row + half] ^= swap;
+            square[row] ^= swap << half;
+            row = (row + half + 1) & !half;
+        }
+        half /= 2;
+        mask ^= mask << half;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    prop_compose! {
+        fn lines()(count in 1usize..140, length in 1usize..140)(
+            count in Just(count), length in Just(length),
+            set in prop::collection::vec((0..count, 0..length), 1..60),
+        ) -> Lines {
+            let mut lines = Lines::new(count, length);
+            set.iter().for_each(|&(line, at)| lines.line_mut(line)[at / 64] |= 1 << (at % 64));
+            lines
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn crossing_lines_hold_the_same_cells(lines in lines(), slant in -1isize..2) {
+            let crossing = lines.crossing(slant);
+            prop_assert_eq!((crossing.count(), crossing.length), (lines.length, lines.count()));
+            for (y, x) in (0..lines.count()).flat_map(|y| (0..lines.length).map(move |x| (y, x))) {
+                let line = (x as isize - slant * y as isize).rem_euclid(lines.length as isize);
+                prop_assert_eq!(crossing.bit(line as usize, y), lines.bit(y, x));
+            }
+        }
+
+        #[test]
+        fn what_is_set_is_found(lines in lines(), line in any::<prop::sample::Index>(), ends in any::<[prop::sample::Index; 2]>()) {
+            let line = line.index(lines.count());
+            let mut ends = ends.map(|end| end.index(lines.length));
+            ends.sort_unstable();
+            let [first, last] = ends;
+            let set: Vec<_> = (first..=last).filter(|&at| lines.bit(line, at)).collect();
+            prop_assert_eq!(lines.between(line, first, last).collect::<Vec<_>>(), set.clone());
+            if let (Some(&next), Some(&previous)) = (set.first(), set.last()) {
+                prop_assert_eq!((lines.next(line, first), lines.previous(line, last)), (next, previous));
+            }
+        }
+    }
+}
