@@ -6,6 +6,9 @@
 //! | module | one idea |
 //! |---|---|
 //! | [`grid`] | which cells are free |
+//! | [`frame`] | where a grid lies in the world |
+//! | [`clearance`] | how far cells are from what is blocked; room for a robot's radius |
+//! | [`floor_plan`] | buildings and tracks as lines, and the grids they become |
 //! | [`moves`] | how a robot steps from cell to cell, and the one corner rule |
 //! | [`path`] | waypoints and exact lengths |
 //! | [`search`] | shortest paths found on the map: jump point search, A*, Dijkstra |
@@ -14,6 +17,7 @@
 //! | [`dwa`] | velocities for a Mecanum chassis that follow a path |
 //! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
+//! | [`segment`] | subareas and doors derived from a map |
 //! | [`congestion`] | which doors to avoid when |
 //! | [`memory`] | what never changes: banks of paths, fields of ways to known places |
 //! | [`lmpp`] | paths put together from memory |
@@ -35,10 +39,13 @@
 //! ```
 
 pub mod assign;
+pub mod clearance;
 pub mod congestion;
 pub mod dwa;
 pub mod field;
+pub mod floor_plan;
 pub mod formats;
+pub mod frame;
 pub mod grid;
 pub mod indexed;
 pub mod lmpp;
@@ -49,5 +56,6 @@ pub mod path;
 pub mod rooms;
 pub mod rrt;
 pub mod search;
+pub mod segment;
 pub mod swarm;
 pub mod virtual_obstacles;

@@ -15,7 +15,7 @@ use crate::{
 
 /// A subarea of a site; its number counts the names in the order in which they appear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct SubareaId(pub u8);
+pub struct SubareaId(pub u16);
 
 /// A door of a site, as the site numbers it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -50,11 +50,11 @@ pub struct Rooms {
 pub struct Subareas {
     names: Vec<char>,
     /// [`WALL`], or the subarea of the cell.
-    labels: Vec<u8>,
+    labels: Vec<u16>,
     grid: Grid,
 }
 
-const WALL: u8 = u8::MAX;
+const WALL: u16 = u16::MAX;
 
 /// What is wrong with a picture of subareas, and in which line (from 1).
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -107,6 +107,7 @@ impl Subareas {
     pub fn read(text: &str, grid: &Grid) -> Result<Self, SubareasError> {
         let mut subareas =
             Self { names: Vec::new(), labels: Vec::with_capacity(grid.len()), grid: grid.clone() };
+        let mut known: BTreeMap<char, u16> = BTreeMap::new();
         let rows: Vec<&str> = text.trim_end().lines().collect();
         if rows.len() != grid.height() as usize {
             let (line, found) = (rows.len().max(1), rows.len());
@@ -122,21 +123,44 @@ impl Subareas {
                 if free == (name == '@') {
                     return Err(SubareasError::Terrain { line, column: x + 1, found: name, free });
                 }
-                let label =
-                    if free { subareas.label(name).ok_or(SubareasError::TooMany { line })? } else { WALL };
+                let next = u16::try_from(known.len()).ok().filter(|&next| next != WALL);
+                let label = match (free, known.get(&name), next) {
+                    (false, ..) => WALL,
+                    (true, Some(&label), _) => label,
+                    (true, None, Some(next)) => {
+                        known.insert(name, next);
+                        subareas.names.push(name);
+                        next
+                    }
+                    (true, None, None) => return Err(SubareasError::TooMany { line }),
+                };
                 subareas.labels.push(label);
             }
         }
         Ok(subareas)
     }
 
-    fn label(&mut self, name: char) -> Option<u8> {
-        let known = self.names.iter().position(|&known| known == name);
-        let label = known.unwrap_or_else(|| {
-            self.names.push(name);
-            self.names.len() - 1
-        });
-        u8::try_from(label).ok().filter(|&label| label != WALL)
+    /// The subareas that `label` numbers, from 0 without a gap, in the order in which the rows show
+    /// them; they get letters and digits for names, then those of other alphabets.
+    pub(crate) fn label(grid: &Grid, label: impl Fn(Cell) -> u16) -> Self {
+        let labels: Vec<u16> = (0..grid.len())
+            .map(|index| grid.cell(index))
+            .map(|cell| if grid.is_free(cell) { label(cell).min(WALL - 1) } else { WALL })
+            .collect();
+        let count =
+            labels.iter().filter(|&&label| label != WALL).max().map_or(0, |&last| usize::from(last) + 1);
+        Self { names: names().take(count).collect(), labels, grid: grid.clone() }
+    }
+
+    /// The picture, as [`Self::read`] reads it.
+    #[must_use]
+    pub fn picture(&self) -> String {
+        let mut picture = String::with_capacity(self.labels.len());
+        for row in self.labels.chunks(self.grid.width().max(1) as usize) {
+            picture.extend(row.iter().map(|&label| self.name(SubareaId(label)).unwrap_or('@')));
+            picture.push('\n');
+        }
+        picture
     }
 
     /// The names of the subareas.
@@ -162,6 +186,12 @@ impl Subareas {
         let label = *self.labels.get(self.grid.index(cell)?)?;
         (label != WALL).then_some(SubareaId(label))
     }
+}
+
+/// Names for subareas, each a character.
+fn names() -> impl Iterator<Item = char> {
+    let others = ('\u{c0}'..).filter(|name| name.is_alphanumeric());
+    ('A'..='Z').chain('a'..='z').chain('0'..='9').chain(others)
 }
 
 /// What is wrong with a door.

@@ -13,8 +13,14 @@ use crate::command::{Command, Failure, cargo};
 use crate::{root, setup, toolchain};
 
 /// The targets, and how many inputs of each make a short test: a second or two.
-const TARGETS: [(&str, u32); 5] =
-    [("deframer", 50_000), ("decoder", 80_000), ("r200", 30_000), ("mfrc522", 30_000), ("store", 2_000)];
+const TARGETS: [(&str, u32); 6] = [
+    ("deframer", 50_000),
+    ("decoder", 80_000),
+    ("r200", 30_000),
+    ("mfrc522", 30_000),
+    ("maps", 10_000),
+    ("store", 2_000),
+];
 
 /// Counters and comparisons for libFuzzer in every function.
 const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \

@@ -21,9 +21,14 @@ use crate::{
 /// How a file is opened: from the disk, or from within the program.
 type Open<'a> = &'a dyn Fn(&Path) -> io::Result<String>;
 
-/// From a door, a wall and both its subareas are at most this many cells away, so that doors
-/// may lie a little before walls that are drawn three cells thick.
-const DOOR_REACH: u32 = 5;
+/// From a door, a wall and both its subareas are at most this many cells away: five, so that doors
+/// may lie a little before walls that are drawn three cells thick, or a metre of short cells, so that a
+/// wide door has its middle.
+#[must_use]
+pub fn door_reach(resolution_m: f64) -> u32 {
+    // `as` saturates.
+    ((1.0 / resolution_m).round() as u32).max(5)
+}
 
 const NEIGHBOURS: &[(i64, MoveSet)] = &[(8, MoveSet::Eight), (16, MoveSet::Sixteen)];
 
@@ -47,7 +52,8 @@ fn site(document: &Document<'_>, mut root: Section<'_>, open: Open<'_>) -> Optio
     let grid = noted(document, read_map(&map, open(&map)))?;
     let subareas = noted(document, read_subareas(&subareas, open(&subareas), &grid));
     let piles = site_piles(document, &grid, frame, &piles);
-    let (rooms, congestion) = rooms(document, &grid, subareas?, frame, &doors)?;
+    let (rooms, congestion) =
+        rooms(document, &grid, subareas?, frame, &doors, door_reach(resolution_m.unwrap_or(1.0)))?;
     Some(Site {
         name: name?,
         grid,
@@ -153,6 +159,7 @@ fn rooms(
     subareas: Subareas,
     frame: SiteFrame,
     entries: &[Placed<DoorEntry>],
+    reach: u32,
 ) -> Option<(Rooms, Vec<(DoorId, f64)>)> {
     let mut doors = Vec::new();
     for &Placed { ref entry, id, at, line } in entries {
@@ -172,7 +179,7 @@ fn rooms(
         }
     }
     let congestion = entries.iter().map(|door| (DoorId(door.id), door.entry.congestion)).collect();
-    match Rooms::new(subareas, doors, DOOR_REACH) {
+    match Rooms::new(subareas, doors, reach) {
         Ok(rooms) => Some((rooms, congestion)),
         Err(errors) => {
             errors.iter().for_each(|error| note_door(document, entries, error));

@@ -43,6 +43,7 @@ use protocol::{Availability, CoordinateM, PileId, Position};
 pub use self::{
     files::read_map,
     frame::{OutsideMap, SiteFrame},
+    load::door_reach,
 };
 use crate::{
     diagnostics::Diagnostics,

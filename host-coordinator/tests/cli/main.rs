@@ -4,6 +4,7 @@
 
 mod check;
 mod keys;
+mod map;
 mod plan;
 mod provision;
 mod reproduce;

@@ -1,0 +1,43 @@
+//! A file that is said to be a map: read in words or refused in words, and bounded.
+
+use planning::floor_plan::{FloorPlan, Scale};
+use planning::formats::{image, lif, movingai, rmf, ros};
+
+use crate::tried::Tried;
+
+/// Cells so long that what is drawn stays small; a plan that is larger is refused.
+const SCALE: Scale = Scale { resolution_m: 1.0, wall_m: 0.1, lane_m: 1.0 };
+/// Plans of more metres are not drawn here: it would only take long.
+const SIDE_M: f64 = 1000.0;
+
+/// Reads the input as every kind of map.
+pub fn run(input: &[u8]) -> Tried {
+    let mut tried = Tried::default();
+    let picture = image::read(input);
+    tried.add(picture.is_ok());
+    if let Ok(picture) = &picture {
+        assert_eq!(picture.pixels().count(), picture.width() as usize * picture.height() as usize);
+    }
+    let Ok(text) = str::from_utf8(input) else { return tried };
+    let map = movingai::read_map(text);
+    tried.add(map.is_ok());
+    if let Ok(grid) = map {
+        assert_eq!(movingai::read_map(&movingai::write_map(&grid)), Ok(grid));
+    }
+    tried.add(ros::Description::read(text).is_ok());
+    for plans in [rmf::building::read(text).ok(), rmf::nav_graph::read(text).ok(), lif::read(text).ok()] {
+        tried.add(plans.is_some());
+        plans.iter().flatten().for_each(draw);
+    }
+    tried
+}
+
+fn draw(plan: &FloorPlan) {
+    let points = plan.walls.as_flattened().iter().chain(plan.floors.iter().flatten());
+    let mut points = points.chain(plan.places.iter().map(|place| &place.at_m));
+    if points.all(|point| point.iter().all(|coordinate| coordinate.abs() < SIDE_M)) {
+        if let Ok(layout) = plan.draw(SCALE) {
+            assert_eq!(layout.frame.rows, layout.grid.height());
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Open-RMF's buildings, as its traffic editor draws them, and the navigation graphs made from them.
+
+pub mod building;
+pub mod nav_graph;
+mod transform;
+
+use serde::Deserialize;
+
+use super::yaml::YamlError;
+use crate::floor_plan::PlaceKind;
+
+/// What is wrong with a building or a navigation graph.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RmfError {
+    /// It is no YAML, or lacks something.
+    #[error(transparent)]
+    Yaml(#[from] YamlError),
+    /// There is no level.
+    #[error("there is no level: expected one under `levels`")]
+    NoLevel,
+    /// A wall, door, lane, floor or measurement has an end that is no vertex.
+    #[error(
+        "level {level}: {what} {number} names vertex {vertex}: expected one of the {vertices} vertices, from 0"
+    )]
+    Vertex {
+        /// The level.
+        level: String,
+        /// What it is.
+        what: &'static str,
+        /// Which, from 0.
+        number: usize,
+        /// The vertex that there is not.
+        vertex: usize,
+        /// How many there are.
+        vertices: usize,
+    },
+    /// The coordinates are none that can be read.
+    #[error("`coordinate_system` is `{0}`: expected reference_image or cartesian_meters")]
+    Coordinates(String),
+    /// A coordinate or a length makes no sense.
+    #[error("level {level}: {what} {number} is not finite, or far too large: expected metres or pixels")]
+    Number {
+        /// The level.
+        level: String,
+        /// What it is.
+        what: &'static str,
+        /// Which, from 0.
+        number: usize,
+    },
+}
+
+/// A value of any kind; what is no scalar says nothing here.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged)]
+enum Value {
+    Truth(bool),
+    Number(f64),
+    Text(String),
+    Other(serde::de::IgnoredAny),
+}
+
+impl Value {
+    fn is_true(&self) -> bool {
+        match self {
+            Self::Truth(truth) => *truth,
+            Self::Number(number) => *number != 0.0,
+            Self::Text(text) => text.eq_ignore_ascii_case("true"),
+            Self::Other(_) => false,
+        }
+    }
+}
+
+/// What a vertex is for, by what its parameters say.
+fn kind<'a>(is_true: impl Fn(&'a str) -> bool) -> PlaceKind {
+    if is_true("is_charger") {
+        PlaceKind::Pile
+    } else if is_true("is_parking_spot") {
+        PlaceKind::Parking
+    } else {
+        PlaceKind::Other
+    }
+}
