@@ -40,9 +40,24 @@ pub fn compare(report: &Report) -> Vec<Figure> {
             figures.push(Figure { number: 3, what, ours: found.index_seconds, asked: 1.0, unit: "s" });
         }
     }
+    let known = |map: &str| report.maps.iter().find(|report| report.map == map).map(|report| &report.known);
+    if let Some(known) = known("office500") {
+        let mut add = |number, what: &str, ours, asked, unit| {
+            figures.push(Figure { number, what: format!("office500, {what}"), ours, asked, unit });
+        };
+        add(1, "way with waypoints, mean", known.walk.mean, 0.6, "us");
+        add(1, "way with waypoints, p99", known.walk.p99, 2.5, "us");
+        add(1, "nearest with waypoints, mean", known.nearest.mean, 0.2, "us");
+        add(1, "nearest with waypoints, p99", known.nearest.p99, 0.5, "us");
+        add(5, "field build, a free cell and pile", known.build_ns, 12.0, "ns");
+        add(7, "memory of 13 piles", known.bytes as f64 / 1024.0 / 1024.0, 16.0, "MiB");
+    }
     let mut assigned = |what: &str, ours, asked| {
         figures.push(Figure { number: 6, what: what.into(), ours, asked, unit: "us" });
     };
+    if let Some(tick) = &report.tick {
+        assigned("tick of 100 robots and 100 piles, mean", tick.all.mean, 200.0);
+    }
     if let Some(assignment) = &report.assignment {
         assigned("assignment of 100 x 100, mean", assignment.solve.mean, 60.0);
         assigned("assignment, one row changed, mean", assignment.changed_row.mean, 5.0);

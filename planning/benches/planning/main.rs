@@ -2,8 +2,8 @@
 //! whether every length is the optimal one.
 //!
 //! [`maps`] reads what is planned on, [`contestants`] are the planners, ours and others, [`queries`] runs
-//! and times them, [`check`] runs all queries for their lengths only. [`assignment`] measures what the
-//! name says. [`figures`] are the numbers to reach, [`report`] prints.
+//! and times them, [`check`] runs all queries for their lengths only. [`known`] measures fields, [`mod@assignment`]
+//! what its name says, [`tick`] both together. [`figures`] are the numbers to reach, [`report`] prints.
 //!
 //! Nothing fails because it is slow: machines differ. A length that is not the optimal one fails.
 
@@ -11,11 +11,13 @@ mod assignment;
 mod check;
 mod contestants;
 mod figures;
+mod known;
 mod maps;
 mod progress;
 mod queries;
 mod report;
 mod statistics;
+mod tick;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -65,10 +67,13 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     for map in &maps {
         report.maps.push(queries::measure(map));
     }
+    report.tick = maps.iter().find(|map| map.name == "office500").map(tick::measure);
     report.assignment = Some(assignment::measure());
     report.figures = figures::compare(&report);
     report.print(arguments.json)?;
-    let off: usize = report.maps.iter().flat_map(|map| &map.planners).filter_map(|planner| planner.off).sum();
+    let off: usize =
+        report.maps.iter().flat_map(|map| &map.planners).filter_map(|planner| planner.off).sum::<usize>()
+            + report.maps.iter().map(|map| map.known.off).sum::<usize>();
     if off > 0 {
         return Err(Failure(format!(
             "{off} lengths are not optimal: `--check` in place of `--json` names them"

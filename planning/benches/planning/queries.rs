@@ -10,7 +10,7 @@ use crate::contestants::{Answer, Contestant, Entry, GRID_PATHFINDING, OURS, PATH
 use crate::maps::Map;
 use crate::report::{MapReport, PlannerReport};
 use crate::statistics::{Summary, mean, median};
-use crate::{check, progress};
+use crate::{check, known, progress};
 
 /// How queries are measured, for the reader of the figures.
 pub const METHOD: &str = "\
@@ -67,6 +67,7 @@ pub fn measure(map: &Map) -> MapReport {
         width: map.grid.width(),
         height: map.grid.height(),
         free_cells: map.grid.free_cells().count(),
+        known: known::measure(map),
         planners: runs.iter().map(report).collect(),
     }
 }

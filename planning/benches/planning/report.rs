@@ -5,13 +5,16 @@ use serde::Serialize;
 use crate::Failure;
 use crate::assignment::AssignmentReport;
 use crate::figures::Figure;
+use crate::known::KnownReport;
 use crate::queries::METHOD;
 use crate::statistics::Summary;
+use crate::tick::TickReport;
 
 /// All that was measured.
 #[derive(Debug, Default, Serialize)]
 pub struct Report {
     pub maps: Vec<MapReport>,
+    pub tick: Option<TickReport>,
     pub assignment: Option<AssignmentReport>,
     pub figures: Vec<Figure>,
 }
@@ -24,6 +27,7 @@ pub struct MapReport {
     pub height: u32,
     pub free_cells: usize,
     pub planners: Vec<PlannerReport>,
+    pub known: KnownReport,
 }
 
 /// What one planner took on a map.
@@ -59,6 +63,9 @@ impl Report {
         }
         println!("{METHOD}\n");
         self.maps.iter().for_each(MapReport::print);
+        if let Some(tick) = &self.tick {
+            tick.print();
+        }
         if let Some(assignment) = &self.assignment {
             assignment.print();
         }
@@ -69,7 +76,7 @@ impl Report {
 
 impl MapReport {
     fn print(&self) {
-        let Self { map, width, height, free_cells, planners } = self;
+        let Self { map, width, height, free_cells, planners, known } = self;
         println!("{map}: {width} x {height} cells, {free_cells} of them free");
         println!(
             "  {:<38} {:>7} {:>9} {:>9} {:>9} {:>9} {:>8} {:>9} {:>5} {:>12} {:>17}",
@@ -99,22 +106,51 @@ impl MapReport {
                 or_dash(planner.times_grid_pathfinding.map(|times| format!("{times:.1} x"))),
             );
         }
+        known.print();
         println!();
     }
 }
 
+impl KnownReport {
+    fn print(&self) {
+        let Self { piles, length, walk, nearest, off, build_ns, bytes_a_pile, bytes } = self;
+        println!("  {piles} known piles, {off} answers off");
+        print_micros("length of a way", length);
+        print_micros("way with waypoints", walk);
+        print_micros("nearest with waypoints", nearest);
+        println!(
+            "  fields built in {build_ns:.1} ns a free cell and pile; {} KiB a pile, {} KiB in all",
+            bytes_a_pile.div_ceil(1024),
+            bytes.div_ceil(1024)
+        );
+    }
+}
+
+impl TickReport {
+    fn print(&self) {
+        println!("a tick of {0} robots and {0} piles on {1}", self.side, self.map);
+        print_micros("matrix from fields", &self.matrix);
+        print_micros("assignment", &self.assignment);
+        print_micros("ways with waypoints", &self.paths);
+        print_micros("all", &self.all);
+        println!();
+    }
+}
+
+fn print_micros(what: &str, Summary { mean, median, p99 }: &Summary) {
+    println!("  {what:<38} mean {mean:>8.3}, median {median:>8.3}, p99 {p99:>8.3} us");
+}
+
 impl AssignmentReport {
     fn print(&self) {
-        println!("assignment of {0} x {0}, microseconds ({1} costs off)", self.side, self.off);
+        println!("assignment of {0} x {0} ({1} costs off)", self.side, self.off);
         let lines = [
             ("solved", self.solve),
             ("solved by lapjv 0.3.0", self.lapjv),
             ("one row changed", self.changed_row),
             ("one column changed", self.changed_column),
         ];
-        for (what, Summary { mean, median, p99 }) in lines {
-            println!("  {what:<38} mean {mean:>8.2}, median {median:>8.2}, p99 {p99:>8.2}");
-        }
+        lines.iter().for_each(|(what, micros)| print_micros(what, micros));
         println!();
     }
 }
