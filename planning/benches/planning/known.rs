@@ -45,7 +45,8 @@ pub struct KnownReport {
 /// Measures 13 piles, with the starts of the map's queries.
 pub fn measure(map: &Map) -> KnownReport {
     let starts: Vec<Cell> = map.queries.iter().map(|query| query.from).collect();
-    let piles = places(&map.grid, starts.first().copied().unwrap_or_default(), PILES, SEED);
+    let start = starts.first().copied().unwrap_or_default();
+    let piles = choose(&reachable(&map.grid, start), PILES, SEED);
     let mut seconds = Vec::new();
     let mut fields = Fields::build(map.grid.clone(), MoveSet::Eight, &piles);
     for _ in 0..BUILDS {
@@ -72,16 +73,17 @@ pub fn measure(map: &Map) -> KnownReport {
     }
 }
 
-/// `count` different free cells that can be reached from `start`, by chance; fewer if there are no more.
-pub fn places(grid: &Grid, start: Cell, count: usize, seed: u64) -> Vec<Cell> {
-    let mut workspace = Workspace::default();
-    let Ok(ways) = Dijkstra::new(grid, MoveSet::Eight).ways(start, &[], &mut workspace) else {
-        return Vec::new();
-    };
-    let mut cells: Vec<Cell> = grid.free_cells().filter(|&cell| ways.length_to(cell).is_some()).collect();
+/// The free cells that can be reached from `start`.
+pub fn reachable(grid: &Grid, start: Cell) -> Vec<Cell> {
+    let ways = Fields::build(grid.clone(), MoveSet::Eight, &[start]);
+    grid.free_cells().filter(|&cell| ways.length(cell, 0).is_some()).collect()
+}
+
+/// `count` different ones of `cells` by chance; fewer if there are no more.
+pub fn choose(cells: &[Cell], count: usize, seed: u64) -> Vec<Cell> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
-    let count = count.min(cells.len());
-    (0..count).map(|_| cells.swap_remove(random.random_range(0..cells.len()))).collect()
+    let mut left = cells.to_vec();
+    (0..count.min(left.len())).map(|_| left.swap_remove(random.random_range(0..left.len()))).collect()
 }
 
 /// The time of each start's query in microseconds: the median of some passes.

@@ -5,7 +5,7 @@ use std::time::Instant;
 use planning::{assign::Assignment, grid::Cell, memory::Fields, moves::MoveSet, path::Path};
 use serde::Serialize;
 
-use crate::known::places;
+use crate::known::{choose, reachable};
 use crate::maps::Map;
 use crate::statistics::Summary;
 
@@ -31,14 +31,15 @@ pub struct TickReport {
 /// Measures a tick on a map; robots are elsewhere in each.
 pub fn measure(map: &Map) -> TickReport {
     let start = map.queries.first().map(|query| query.from).unwrap_or_default();
-    let piles = places(&map.grid, start, SIDE, 1);
+    let cells = reachable(&map.grid, start);
+    let piles = choose(&cells, SIDE, 1);
     let fields = Fields::build(map.grid.clone(), MoveSet::Eight, &piles);
     let mut assignment = Assignment::default();
     let mut paths = vec![Path::default(); SIDE];
     let mut costs: Vec<u32> = Vec::new();
     let mut times = [const { Vec::new() }; 4];
     for tick in 0..=TICKS as u64 {
-        let robots: Vec<Cell> = places(&map.grid, start, SIDE, 2 + tick);
+        let robots: Vec<Cell> = choose(&cells, SIDE, 2 + tick);
         let begin = Instant::now();
         costs.clear();
         for &robot in &robots {
