@@ -4,7 +4,7 @@
 ///
 /// IGWO compares four (eqs. 10 to 13), which are missing from the text at hand. Rebuilt: the linear
 /// one of the traditional optimiser and three that are not, by powers, which are the same on every
-/// machine. t is the iteration, T how many there are.
+/// machine. That a4 falls soonest is chosen because IGWO finds it needs the fewest iterations. t is the iteration, T how many there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Convergence {
     /// a1 = 2 (1 - t/T), as in the traditional optimiser.

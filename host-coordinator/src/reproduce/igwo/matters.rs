@@ -52,7 +52,10 @@ pub fn table_6() -> Result<Vec<Row>, Failed> {
         let best = FACTORS.into_iter().zip(iterations).min_by(|one, other| one.1.total_cmp(&other.1));
         let ours = best.map_or(Value::Missing, |(name, _)| Value::Text(name.into()));
         let row = compared("VI", &lot.name, "fewest mean iterations", Value::Text(BEST_FACTOR.into()), ours);
-        Ok(row.noted(&format!("{}; the factors are rebuilt", each(&iterations, ""))))
+        Ok(row.noted(&format!(
+            "{}; rebuilt, a4 as the soonest because the paper finds it best",
+            each(&iterations, "")
+        )))
     };
     places::parking_lots().map(row).collect()
 }
