@@ -131,3 +131,23 @@ fn reproduce_says_where_plots_cannot_be_written() {
     assert!(error.contains("/file/access-experiment-1.svg cannot be written ("), "{error}");
     assert!(error.ends_with("): give --plots a folder that can be\n"), "{error}");
 }
+
+#[test]
+fn mecanums_tables_compare_what_can_be_and_say_why_the_rest_can_not() {
+    let report = json(&["reproduce", "--paper", "mecanum", "--table", "III.C.2"]);
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows[0]["verdict"], "exact", "{}", rows[0]);
+    let report = json(&["reproduce", "--paper", "mecanum", "--table", "III"]);
+    let rows = report["rows"].as_array().unwrap();
+    // The printed ratios of the first row are not those of its numbers.
+    let differs: Vec<_> = rows.iter().filter(|row| row["verdict"] == "differs").collect();
+    assert!(differs.iter().any(|row| row["row"] == "1/6" && row["column"] == "I / II, printed time"));
+    assert!(differs.iter().all(|row| row["column"].as_str().unwrap().contains("printed")));
+    for row in rows.iter().filter(|row| row["verdict"] == "not-comparable") {
+        assert_ne!(row["note"], "", "{row}");
+    }
+    // On the same cells nothing is shorter than A*'s path.
+    for row in rows.iter().filter(|row| row["column"] == "I / II, length") {
+        assert!(row["ours"].as_f64().unwrap() >= 1.0, "{row}");
+    }
+}
