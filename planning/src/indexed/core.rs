@@ -7,16 +7,19 @@
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-use super::hierarchy::{Hierarchy, NONE};
+use super::{
+    hierarchy::{Hierarchy, NONE},
+    turns::Directions,
+};
 use crate::{
     grid::Cell,
     moves::{Cost, Length, MoveSet},
 };
 
-/// How many landmarks there are: a node's distances to all of them fill a cache line.
-const LANDMARKS: usize = 16;
+/// How many landmarks there are, a multiple of 4.
+const LANDMARKS: usize = 32;
 /// How many of them a query uses: those that tell most of its start and goal.
-const ACTIVE: usize = 4;
+const ACTIVE: usize = 8;
 
 /// Straight and diagonal moves to a landmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,87 +67,92 @@ const fn inverse(odd: u32) -> u32 {
 /// The landmarks of a core.
 #[derive(Clone, Debug)]
 pub(super) struct Landmarks {
-    /// By core node, then by landmark.
-    distances: Vec<[Distance; LANDMARKS]>,
+    /// By landmark, then by core node: a query reads few landmarks of many nodes near each other.
+    distances: Vec<Vec<Distance>>,
 }
 
 impl Landmarks {
     /// Spreads landmarks around `among`, core nodes of one component: a landmark tells most of pairs
     /// that it is behind.
     pub(super) fn spread(hierarchy: &Hierarchy, cells: &[Cell], among: &[u32]) -> Self {
-        let mut distances = vec![[Distance::UNKNOWN; LANDMARKS]; hierarchy.core as usize];
         let mut costs = Vec::new();
-        for number in 0..LANDMARKS {
-            let Some(landmark) = around(cells, among, number) else { break };
+        let mut distances = Vec::new();
+        for landmark in around(cells, among) {
             distances_from(hierarchy, landmark, &mut costs);
-            let counted = |&&node: &&u32| Distance::of(costs[node as usize]).is_some();
+            let counted = |node: &u32| Distance::of(costs[*node as usize]).is_some();
             // One with a distance too long to be counted would promise too much of its neighbours.
-            if among.iter().filter(counted).count() < among.len() {
-                continue;
-            }
-            for (distances, &cost) in distances.iter_mut().zip(&costs) {
-                distances[number] = Distance::of(cost).unwrap_or(Distance::UNKNOWN);
+            if among.iter().all(counted) {
+                let counts = costs.iter().map(|&cost| Distance::of(cost).unwrap_or(Distance::UNKNOWN));
+                distances.push(counts.collect());
             }
         }
         Self { distances }
     }
 
-    /// The least distances from each landmark by way of `nodes`, each so far away.
-    fn distances(&self, nodes: &[(u32, Cost)]) -> [Cost; LANDMARKS] {
-        let mut least = [Cost::MAX; LANDMARKS];
-        for &(node, cost) in nodes {
-            for (least, distance) in least.iter_mut().zip(self.distances[node as usize]) {
-                if distance != Distance::UNKNOWN {
-                    *least = (*least).min(distance.cost() + cost);
-                }
+    /// The landmarks that tell most of the way between `starts` and `goals`, each so far from its end:
+    /// how far they are from all nodes and from the goal.
+    fn active(&self, starts: &[(u32, Cost)], goals: &[(u32, Cost)]) -> [(&[Distance], Cost); ACTIVE] {
+        let mut best: [(Cost, &[Distance]); ACTIVE] = [(0, &[]); ACTIVE];
+        // To choose by, any node near each end will do.
+        let (Some(&(start, _)), Some(&(goal, _))) = (starts.first(), goals.first()) else {
+            return [(&[], 0); ACTIVE];
+        };
+        for distances in &self.distances {
+            let (from, to) = (distances[start as usize], distances[goal as usize]);
+            let tells = from.cost().abs_diff(to.cost());
+            if let Some(place) = best.iter().position(|&(least, _)| tells > least) {
+                best[place..].rotate_right(1);
+                best[place] = (tells, distances);
             }
         }
-        least
+        best.map(|(_, distances)| {
+            let by = |&(node, cost): &(u32, Cost)| Some(distances.get(node as usize)?.cost() + cost);
+            (distances, goals.iter().filter_map(by).min().unwrap_or_default())
+        })
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.distances.as_slice())
+        self.distances.iter().map(|distances| size_of_val(distances.as_slice())).sum()
     }
 }
 
-/// The one of `among` nearest to a point on the frame around them all, `number` of [`LANDMARKS`]
-/// sixteenths along it.
-fn around(cells: &[Cell], among: &[u32], number: usize) -> Option<u32> {
-    let at = |node: &u32| (i64::from(cells[*node as usize].x), i64::from(cells[*node as usize].y));
-    let (left, right) =
-        (among.iter().map(|node| at(node).0).min()?, among.iter().map(|node| at(node).0).max()?);
-    let (top, bottom) =
-        (among.iter().map(|node| at(node).1).min()?, among.iter().map(|node| at(node).1).max()?);
-    let side = LANDMARKS / 4;
-    let part = |length: i64| length * (2 * (number % side) as i64 + 1) / (2 * side as i64);
+/// Those of `among` that are nearest to [`LANDMARKS`] points spaced evenly on the frame around them all.
+fn around(cells: &[Cell], among: &[u32]) -> Vec<u32> {
+    let columns = || among.iter().map(|&node| i64::from(cells[node as usize].x));
+    let rows = || among.iter().map(|&node| i64::from(cells[node as usize].y));
+    let frame = (columns().min(), columns().max(), rows().min(), rows().max());
+    let (Some(left), Some(right), Some(top), Some(bottom)) = frame else { return Vec::new() };
+    let side = LANDMARKS as i64 / 4;
+    let part = |number: i64, length: i64| length * (2 * number + 1) / (2 * side);
     let (width, height) = (right - left, bottom - top);
-    let (x, y) = match number / side {
-        0 => (left + part(width), top),
-        1 => (right, top + part(height)),
-        2 => (right - part(width), bottom),
-        _ => (left, bottom - part(height)),
+    let points = (0..side).flat_map(|number| {
+        let (x, y) = (left + part(number, width), top + part(number, height));
+        [(x, top), (right, y), (x, bottom), (left, y)]
+    });
+    let nearest = |(x, y): (i64, i64)| {
+        among.iter().copied().min_by_key(|&node| {
+            let cell = cells[node as usize];
+            (i64::from(cell.x) - x).pow(2) + (i64::from(cell.y) - y).pow(2)
+        })
     };
-    among.iter().copied().min_by_key(|node| {
-        let (dx, dy) = (at(node).0 - x, at(node).1 - y);
-        (dx * dx + dy * dy, *node)
-    })
+    points.filter_map(nearest).collect()
 }
 
 /// Dijkstra's algorithm in the core.
 fn distances_from(hierarchy: &Hierarchy, from: u32, costs: &mut Vec<Cost>) {
     costs.clear();
     costs.resize(hierarchy.core as usize, Cost::MAX);
-    let mut open = BinaryHeap::from([Reverse((0, from))]);
+    let mut open = BinaryHeap::from([Reverse((0, from, Directions::ALL))]);
     costs[from as usize] = 0;
-    while let Some(Reverse((cost, node))) = open.pop() {
+    while let Some(Reverse((cost, node, onward))) = open.pop() {
         if cost > costs[node as usize] {
             continue;
         }
         for edge in hierarchy.edges_of(node) {
             let next = cost + edge.cost;
-            if next < costs[edge.to as usize] {
+            if edge.leaves.within(onward) && next < costs[edge.to as usize] {
                 costs[edge.to as usize] = next;
-                open.push(Reverse((next, edge.to)));
+                open.push(Reverse((next, edge.to, edge.arrives.onward())));
             }
         }
     }
@@ -158,7 +166,8 @@ pub(super) struct Workspace {
     goal: Vec<Cost>,
     /// Nodes of other rounds are as good as new.
     round: u32,
-    open: BinaryHeap<Reverse<(Cost, Cost, u32)>>,
+    /// By cost and estimate; with what the node is left by.
+    open: BinaryHeap<Reverse<(Cost, Cost, u32, Directions)>>,
     pub(super) expanded: u32,
 }
 
@@ -189,26 +198,20 @@ impl Workspace {
     ) -> Option<(u32, Cost)> {
         self.begin(hierarchy.core as usize);
         target.from.iter().for_each(|&(node, cost)| self.goal[node as usize] = cost);
-        let (from, to) = (landmarks.distances(starts), landmarks.distances(target.from));
-        let mut active: [usize; LANDMARKS] = std::array::from_fn(|landmark| landmark);
-        // Either both are unknown or none is.
-        active.sort_by_key(|&landmark| Reverse(from[landmark].abs_diff(to[landmark])));
+        let active = landmarks.active(starts, target.from);
         let estimate = |node: u32| {
-            let (cell, distances) = (cells[node as usize], &landmarks.distances[node as usize]);
+            let cell = cells[node as usize];
             let open = MoveSet::Eight.open_length(target.cell.x - cell.x, target.cell.y - cell.y).cost();
-            active[..ACTIVE].iter().fold(open, |most, &landmark| {
-                if to[landmark] == Cost::MAX {
-                    return most;
-                }
-                most.max(distances[landmark].cost().abs_diff(to[landmark]))
+            active.iter().fold(open, |most, (distances, to)| {
+                distances.get(node as usize).map_or(most, |distance| most.max(distance.cost().abs_diff(*to)))
             })
         };
         for &(node, cost) in starts {
-            self.reach(node, cost, NONE, bound, estimate);
+            self.reach((node, cost, Directions::ALL), NONE, bound, estimate);
         }
         let mut best = None;
         let mut least = bound;
-        while let Some(Reverse((sum, estimated, node))) = self.open.pop() {
+        while let Some(Reverse((sum, estimated, node, onward))) = self.open.pop() {
             if sum >= least {
                 break;
             }
@@ -221,8 +224,9 @@ impl Workspace {
             if through < least {
                 (least, best) = (through, Some((node, through)));
             }
-            for edge in hierarchy.edges_of(node) {
-                self.reach(edge.to, cost + edge.cost, node, least, estimate);
+            for edge in hierarchy.edges_of(node).iter().filter(|edge| edge.leaves.within(onward)) {
+                let reached = (edge.to, cost + edge.cost, edge.arrives.onward());
+                self.reach(reached, node, least, estimate);
             }
         }
         target.from.iter().for_each(|&(node, _)| self.goal[node as usize] = Cost::MAX);
@@ -246,7 +250,13 @@ impl Workspace {
         self.round += 1;
     }
 
-    fn reach(&mut self, node: u32, cost: Cost, parent: u32, bound: Cost, estimate: impl Fn(u32) -> Cost) {
+    fn reach(
+        &mut self,
+        (node, cost, onward): (u32, Cost, Directions),
+        parent: u32,
+        bound: Cost,
+        estimate: impl Fn(u32) -> Cost,
+    ) {
         let known = &mut self.nodes[node as usize];
         if known.round == self.round && known.cost <= cost {
             return;
@@ -255,7 +265,7 @@ impl Workspace {
         let estimated = estimate(node);
         // Of equal sums the one nearer to the goal comes first.
         if cost + estimated < bound {
-            self.open.push(Reverse((cost + estimated, estimated, node)));
+            self.open.push(Reverse((cost + estimated, estimated, node, onward)));
         }
     }
 }

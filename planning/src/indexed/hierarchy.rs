@@ -11,6 +11,7 @@ use std::{
     collections::{BinaryHeap, binary_heap::PeekMut},
 };
 
+use super::turns::Directions;
 use crate::moves::Cost;
 
 /// No node or edge.
@@ -26,6 +27,22 @@ pub(super) struct Edge {
     /// The node that a shortcut bridges, [`NONE`] if the edge is none.
     pub(super) middle: u32,
     pub(super) cost: Cost,
+    /// The first moves of the way to the neighbour.
+    pub(super) leaves: Directions,
+    /// The last ones.
+    pub(super) arrives: Directions,
+}
+
+impl Edge {
+    /// The edge back to `from`.
+    const fn reversed(self, from: u32) -> Self {
+        Self { to: from, leaves: self.arrives.reversed(), arrives: self.leaves.reversed(), ..self }
+    }
+
+    /// Whether a shortest path may come by this edge, backwards, and go on by `other`.
+    fn goes_on(&self, other: &Self) -> bool {
+        other.leaves.within(self.leaves.reversed().onward())
+    }
 }
 
 /// A contracted graph. Nodes are numbered anew: first the core, then from the last contracted to the
@@ -58,7 +75,7 @@ impl Hierarchy {
             let renumbered = graph[old as usize].iter().map(|edge| Edge {
                 to: renumber(edge.to),
                 middle: renumber(edge.middle),
-                cost: edge.cost,
+                ..*edge
             });
             edges.extend(renumbered);
             first.push(edges.len() as u32);
@@ -134,7 +151,8 @@ struct Contraction {
     /// Edges looked at.
     work: u64,
     search: Witnesses,
-    shortcuts: Vec<(u32, u32, Cost)>,
+    /// From where, and the edge.
+    shortcuts: Vec<(u32, Edge)>,
 }
 
 /// The memory of searches for ways around a node.
@@ -182,13 +200,14 @@ impl Contraction {
         self.shortcuts.clear();
         let neighbours = &self.edges[node as usize];
         for (number, from) in (1..).zip(neighbours) {
-            let others = &neighbours[number..];
-            let Some(farthest) = others.iter().map(|to| from.cost + to.cost).max() else { break };
+            let others = || neighbours[number..].iter().filter(|to| from.goes_on(to));
+            let Some(farthest) = others().map(|to| from.cost + to.cost).max() else { continue };
             self.work += self.search.run(&self.edges, from.to, node, farthest);
-            for to in others {
+            for to in others() {
                 let cost = from.cost + to.cost;
                 if self.search.cost[to.to as usize] > cost {
-                    self.shortcuts.push((from.to, to.to, cost));
+                    let leaves = from.arrives.reversed();
+                    self.shortcuts.push((from.to, Edge { middle: node, cost, leaves, ..*to }));
                 }
             }
         }
@@ -206,11 +225,10 @@ impl Contraction {
             self.level[to] = self.level[to].max(level);
         }
         self.edges[node as usize] = neighbours;
-        for &(one, other, cost) in &self.shortcuts {
-            for (from, to) in [(one, other), (other, one)] {
+        for &(from, shortcut) in &self.shortcuts {
+            for (from, edge) in [(from, shortcut), (shortcut.to, shortcut.reversed(from))] {
                 let edges = &mut self.edges[from as usize];
-                let edge = Edge { to, middle: node, cost };
-                match edges.iter_mut().find(|edge| edge.to == to) {
+                match edges.iter_mut().find(|known| known.to == edge.to) {
                     Some(longer) => *longer = edge,
                     None => edges.push(edge),
                 }

@@ -19,12 +19,14 @@ mod labels;
 mod subgoals;
 #[cfg(test)]
 mod tests;
+mod turns;
 
 use self::{
     core::{Landmarks, Target},
     hierarchy::{Edge, Hierarchy, NONE},
     labels::Labels,
     subgoals::{Leg, Subgoals, Turn},
+    turns::Directions,
 };
 use crate::{
     grid::{Cell, Grid},
@@ -34,7 +36,7 @@ use crate::{
 };
 
 /// How many edges contraction looks at for each cell of the map.
-const EDGES_A_CELL: u64 = 100;
+const EDGES_A_CELL: u64 = 60;
 /// And for a map however small.
 const EDGES: u64 = 1_000_000;
 
@@ -63,12 +65,16 @@ impl Index {
 
     fn with_budget(grid: Grid, budget: u64) -> Self {
         let mut subgoals = Subgoals::find(&grid);
-        let neighbours = |cell: &Cell| {
+        let cells = subgoals.cells();
+        let neighbours = |&from: &Cell| {
             let mut edges = Vec::new();
-            subgoals.sight(*cell, |to, cost| edges.push(Edge { to, middle: NONE, cost }));
+            subgoals.sight(from, |to, cost| {
+                let moves = Directions::between(from, cells[to as usize]);
+                edges.push(Edge { to, middle: NONE, cost, leaves: moves, arrives: moves });
+            });
             edges
         };
-        let graph = subgoals.cells().iter().map(neighbours).collect();
+        let graph = cells.iter().map(neighbours).collect();
         let (hierarchy, order) = Hierarchy::contract(graph, budget);
         subgoals.reorder(&order);
         let labels = Labels::new(&hierarchy);

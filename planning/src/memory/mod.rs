@@ -14,8 +14,7 @@ pub mod fields;
 mod frontier;
 mod image;
 mod metric;
-mod repair;
 mod table;
 
 pub use banks::{Banks, Direction, DoorSets, Leg, Target};
-pub use fields::{Bytes, Fields, Repaired};
+pub use fields::Fields;
