@@ -33,14 +33,71 @@ fn overlaps(grid: &Grid, known: &Subareas, derived: &Rooms) -> BTreeMap<char, f6
     rooms.keys().map(|&room| (known.name(room).unwrap(), best(room))).collect()
 }
 
+/// How many of the known doors have a derived one within `near` cells, and how many of the derived a
+/// known one, as shares of 1.
+fn recall_and_precision(known: &[Cell], derived: &Rooms, near: u32) -> (f64, f64) {
+    let derived: Vec<Cell> = derived.doors().iter().map(|door| door.cell).collect();
+    let met = |these: &[Cell], those: &[Cell]| {
+        let is_near = |a: &Cell, b: &Cell| a.x.abs_diff(b.x).max(a.y.abs_diff(b.y)) <= near;
+        let met = these.iter().filter(|one| those.iter().any(|other| is_near(one, other))).count();
+        met as f64 / these.len() as f64
+    };
+    (met(known, &derived), met(&derived, known))
+}
+
+/// Prints the measures and returns them: mean overlap of the rooms, recall and precision of the doors.
+fn evaluate(name: &str, grid: &Grid, known: &Subareas, doors: &[Cell]) -> (f64, f64, f64) {
+    let derived = segment(grid, OPTIONS, &[]);
+    let overlaps = overlaps(grid, known, &derived);
+    let mean = overlaps.values().sum::<f64>() / overlaps.len() as f64;
+    let (recall, precision) = recall_and_precision(doors, &derived, 5);
+    println!(
+        "{name}: {} rooms known, {} derived, mean intersection over union {mean:.3}; {} doors known, {} \
+         derived, recall {recall:.3}, precision {precision:.3} within 5 cells",
+        known.iter().count(),
+        derived.subareas().iter().count(),
+        doors.len(),
+        derived.doors().len(),
+    );
+    (mean, recall, precision)
+}
+
 #[test]
-fn most_rooms_of_fig_7_are_found_as_they_are_drawn() {
+fn most_rooms_and_doors_of_fig_7_are_found_as_they_are_drawn() {
     let grid = read_map(include_str!("../../sites/lmpp-fig7/fig7.map")).unwrap();
     let known = Subareas::read(include_str!("../../sites/lmpp-fig7/subareas.txt"), &grid).unwrap();
-    let overlaps = overlaps(&grid, &known, &segment(&grid, OPTIONS, &[]));
-    let mean = overlaps.values().sum::<f64>() / overlaps.len() as f64;
-    println!("mean intersection over union {mean:.3}: {overlaps:.3?}");
-    assert!(mean > 0.5, "{mean}: {overlaps:?}");
+    // Of the site file, which counts from 1 and upwards.
+    let doors = [(24, 70), (26, 70), (70, 55), (75, 70), (33, 30), (27, 28), (55, 70)];
+    let doors = doors.map(|(x, y)| Cell { x: x - 1, y: 100 - y });
+    let (mean, recall, precision) = evaluate("fig7", &grid, &known, &doors);
+    assert!(mean > 0.75 && recall > 0.8 && precision > 0.5);
+}
+
+#[test]
+fn nearly_all_rooms_and_doors_of_a_furnished_office_are_found() {
+    let grid = read_map(include_str!("data/bench/office500.map")).unwrap();
+    // Made of walls in every 36th row and column, with openings of three cells.
+    let is_wall = |place: i32| place % 36 == 0 || place == 499;
+    let name = |place: i32| u32::try_from((place - 1) / 36).unwrap();
+    let mut picture = String::new();
+    let mut doors = Vec::new();
+    for y in 0..500 {
+        for x in 0..500 {
+            let cell = Cell { x, y };
+            let room = name(y) * 14 + name(x);
+            picture.push(if grid.is_free(cell) { char::from_u32(0x4e00 + room).unwrap() } else { '@' });
+            let (along_x, along_y) = (is_wall(y) && !is_wall(x), is_wall(x) && !is_wall(y));
+            let middle = |dx, dy| (-1..=1).all(|step| grid.is_free(cell.offset(dx * step, dy * step)));
+            if along_x && middle(1, 0) || along_y && middle(0, 1) {
+                doors.push(cell);
+            }
+        }
+        picture.push('\n');
+    }
+    let known = Subareas::read(&picture, &grid).unwrap();
+    assert_eq!((known.iter().count(), doors.len()), (196, 286));
+    let (mean, recall, precision) = evaluate("office500", &grid, &known, &doors);
+    assert!(mean > 0.9 && recall > 0.9 && precision > 0.9);
 }
 
 /// Rooms in rows and columns with doors in their walls, and some obstacles.

@@ -12,7 +12,9 @@ fn map_info_counts_cells_and_regions() {
     fs::write(&file, "type octile\nheight 3\nwidth 3\nmap\n..@\n@@.\n...\n").unwrap();
     let info = json(&["map", "info", text(&file)]);
     let expected = serde_json::json!({
-        "width": 3, "height": 3, "free": 6, "blocked": 3, "regions": 2, "largest_region": 4,
+        "kind": "MovingAI map", "width": 3, "height": 3, "resolution_m": 1.0, "origin": [0.0, 0.0, 0.0],
+        "free": 6, "blocked": 3, "unknown": 0, "regions": 2, "largest_region": 4,
+        "piles": 0, "doors": 0, "lanes": 0,
     });
     assert_eq!(info, expected);
     fs::write(&file, "type octile\nheight 2\nwidth 3\nmap\n...\n..\n").unwrap();

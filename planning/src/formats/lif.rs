@@ -218,7 +218,7 @@ mod tests {
             .replace("ACTIONS", "feasibleActions");
         let second = format!(r#"{{"origins": [{{"originId": "o", "layouts": [{layout}]}}]}}"#);
         let [plan] = <[_; 1]>::try_from(read(&version_1()).unwrap()).unwrap();
-        assert_eq!(read(&second).unwrap(), [plan.clone()]);
+        assert_eq!(read(&second).unwrap(), std::slice::from_ref(&plan));
         let places: Vec<_> = plan.places.iter().map(|place| (place.name.as_str(), place.kind)).collect();
         assert_eq!(places, [("a", PlaceKind::Pile), ("gate", PlaceKind::Other), ("s", PlaceKind::Pile)]);
         assert_eq!(plan.lanes, [Lane { ends: [0, 1], both_ways: false }]);
