@@ -1,19 +1,21 @@
 //! The assignment of 100 robots to 100 piles, beside the crate `lapjv`.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use planning::assign::{Assignment, PairCost};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
-use crate::statistics::Summary;
+use crate::clock::Clock;
+use crate::statistics::{Summary, median};
 
 /// Robots, and piles.
 const SIDE: usize = 100;
 /// So many matrices are solved, and rows changed.
 const MATRICES: usize = 200;
+/// And each so often.
+const REPEATS: usize = 5;
 /// Costs are below it, as metres on a large floor to a tenth.
 const COSTS: PairCost = 10_000;
 
@@ -33,52 +35,55 @@ pub struct AssignmentReport {
 pub fn measure() -> AssignmentReport {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let mut assignment = Assignment::default();
-    let mut fresh = Assignment::default();
-    let [mut solve, mut lapjv, mut changed_row, mut changed_column] = [const { Vec::new() }; 4];
+    let mut changed = Assignment::default();
+    let mut times = [const { Vec::new() }; 4];
     let mut off = 0;
-    for matrix in 0..=MATRICES {
+    for _ in 0..MATRICES {
         let mut costs: Vec<PairCost> = (0..SIDE * SIDE).map(|_| random.random_range(0..COSTS)).collect();
-        let theirs =
+        let matrix =
             lapjv::Matrix::from_shape_fn((SIDE, SIDE), |(row, column)| f64::from(costs[row * SIDE + column]));
-        let mut times = [0.0; 4];
-        times[0] = micros(|| assignment.solve(SIDE, SIDE, |row, column| Some(costs[row * SIDE + column])));
-        let mut total = 0.0;
-        let mut found = None;
-        times[1] = micros(|| found = lapjv::lapjv(black_box(&theirs)).ok());
-        if let Some((of_row, _)) = found {
-            total = lapjv::cost(&theirs, &of_row);
-        }
-        off += usize::from(total != assignment.cost() as f64);
-        let mut line: Vec<PairCost> = (0..SIDE).map(|_| random.random_range(0..COSTS)).collect();
-        let row = random.random_range(0..SIDE);
-        times[2] = micros(|| assignment.set_row(row, |column| Some(line[column])));
-        costs[row * SIDE..][..SIDE].copy_from_slice(&line);
-        line.rotate_left(1);
-        let column = random.random_range(0..SIDE);
-        times[3] = micros(|| assignment.set_column(column, |row| Some(line[row])));
-        (0..SIDE).for_each(|row| costs[row * SIDE + column] = line[row]);
-        fresh.solve(SIDE, SIDE, |row, column| Some(costs[row * SIDE + column]));
-        off += usize::from(fresh.cost() != assignment.cost());
-        // The first one warms up.
-        if matrix > 0 {
-            solve.push(times[0]);
-            lapjv.push(times[1]);
-            changed_row.push(times[2]);
-            changed_column.push(times[3]);
-        }
+        let mut line = || (0..SIDE).map(|_| random.random_range(0..COSTS)).collect::<Vec<PairCost>>();
+        let (row, column) = (line(), line());
+        let (row_number, column_number) = (random.random_range(0..SIDE), random.random_range(0..SIDE));
+
+        times[0].push(repeat(|| {
+            Clock::Wall
+                .time(|| assignment.solve(SIDE, SIDE, |row, column| Some(costs[row * SIDE + column])))
+                .0
+        }));
+        let mut theirs = f64::NAN;
+        times[1].push(repeat(|| {
+            let (micros, solved) = Clock::Wall.time(|| lapjv::lapjv(black_box(&matrix)));
+            theirs = solved.map_or(f64::NAN, |(of_row, _)| lapjv::cost(&matrix, &of_row));
+            micros
+        }));
+        off += usize::from(theirs != assignment.cost() as f64);
+        times[2].push(repeat(|| {
+            changed.clone_from(&assignment);
+            Clock::Wall.time(|| changed.set_row(row_number, |column| Some(row[column]))).0
+        }));
+        costs[row_number * SIDE..][..SIDE].copy_from_slice(&row);
+        off += usize::from(changed.cost() != fresh(&costs));
+        assignment.clone_from(&changed);
+        times[3].push(repeat(|| {
+            changed.clone_from(&assignment);
+            Clock::Wall.time(|| changed.set_column(column_number, |row| Some(column[row]))).0
+        }));
+        (0..SIDE).for_each(|row| costs[row * SIDE + column_number] = column[row]);
+        off += usize::from(changed.cost() != fresh(&costs));
     }
-    AssignmentReport {
-        side: SIDE,
-        solve: Summary::of(&solve),
-        lapjv: Summary::of(&lapjv),
-        changed_row: Summary::of(&changed_row),
-        changed_column: Summary::of(&changed_column),
-        off,
-    }
+    let [solve, lapjv, changed_row, changed_column] = times.map(|times| Summary::of(&times));
+    AssignmentReport { side: SIDE, solve, lapjv, changed_row, changed_column, off }
 }
 
-fn micros(work: impl FnOnce()) -> f64 {
-    let start = Instant::now();
-    work();
-    start.elapsed().as_secs_f64() * 1e6
+/// What a fresh solution costs.
+fn fresh(costs: &[PairCost]) -> u64 {
+    let mut assignment = Assignment::default();
+    assignment.solve(SIDE, SIDE, |row, column| Some(costs[row * SIDE + column]));
+    assignment.cost()
+}
+
+/// The median of what some repetitions take.
+fn repeat(mut work: impl FnMut() -> f64) -> f64 {
+    median(&[(); REPEATS].map(|()| work()))
 }

@@ -6,7 +6,7 @@ use planning::{
     grid::{Cell, Grid},
     indexed::Index,
     moves::{self, Length, MoveSet},
-    search::{AStar, Dijkstra, Planner},
+    search::{AStar, Dijkstra, Planner, jps::Jps},
 };
 
 /// Anything that plans, ready for queries.
@@ -44,7 +44,17 @@ pub struct Entry {
 }
 
 /// Our planners.
-pub const OURS: [Entry; 3] = [
+pub const OURS: [Entry; 4] = [
+    Entry {
+        name: "JPS",
+        is_optimal: true,
+        is_sampled: false,
+        make: |grid| {
+            let planner = Jps::new(grid.clone());
+            let bytes = planner.bytes();
+            Box::new(Ours { planner, workspace: Default::default(), bytes })
+        },
+    },
     Entry {
         name: "indexed",
         is_optimal: true,

@@ -1,7 +1,6 @@
 //! Ways to known targets: walking through fields, building them, what they take.
 
 use std::hint::black_box;
-use std::time::Instant;
 
 use planning::{
     grid::{Cell, Grid},
@@ -14,6 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
+use crate::clock::Clock;
 use crate::maps::Map;
 use crate::statistics::{Summary, median};
 
@@ -47,13 +47,13 @@ pub fn measure(map: &Map) -> KnownReport {
     let starts: Vec<Cell> = map.queries.iter().map(|query| query.from).collect();
     let start = starts.first().copied().unwrap_or_default();
     let piles = choose(&reachable(&map.grid, start), PILES, SEED);
-    let mut seconds = Vec::new();
+    let mut micros = Vec::new();
     let mut fields = Fields::build(map.grid.clone(), MoveSet::Eight, &piles);
     for _ in 0..BUILDS {
         let grid = map.grid.clone();
-        let start = Instant::now();
-        fields = Fields::build(grid, MoveSet::Eight, &piles);
-        seconds.push(start.elapsed().as_secs_f64());
+        let (took, built) = Clock::Thread.time(|| Fields::build(grid, MoveSet::Eight, &piles));
+        micros.push(took);
+        fields = built;
     }
     let cells = (map.grid.free_cells().count() * piles.len()) as f64;
     let mut path = Path::default();
@@ -67,7 +67,7 @@ pub fn measure(map: &Map) -> KnownReport {
             fields.nearest(from).is_some_and(|(pile, _)| fields.walk(from, pile, &mut path))
         }),
         off: count_off(&fields, &starts),
-        build_ns: median(&seconds) * 1e9 / cells,
+        build_ns: median(&micros) * 1e3 / cells,
         bytes_a_pile: (bytes.distances + bytes.runs) / piles.len().max(1),
         bytes: bytes.total(),
     }
@@ -90,9 +90,7 @@ pub fn choose(cells: &[Cell], count: usize, seed: u64) -> Vec<Cell> {
 fn time(starts: &[Cell], mut query: impl FnMut(usize, Cell) -> bool) -> Summary {
     let mut pass = || -> Vec<f64> {
         let one = |(number, &from): (usize, &Cell)| {
-            let start = Instant::now();
-            black_box(query(number, black_box(from)));
-            start.elapsed().as_secs_f64() * 1e6
+            Clock::Wall.time(|| black_box(query(number, black_box(from)))).0
         };
         starts.iter().enumerate().map(one).collect()
     };

@@ -3,12 +3,14 @@
 //!
 //! [`maps`] reads what is planned on, [`contestants`] are the planners, ours and others, [`queries`] runs
 //! and times them, [`check`] runs all queries for their lengths only. [`known`] measures fields, [`mod@assignment`]
-//! what its name says, [`tick`] both together. [`figures`] are the numbers to reach, [`report`] prints.
+//! what its name says, [`tick`] both together. [`clock`] tells what things take.
+//! [`figures`] are the numbers to reach, [`report`] prints.
 //!
 //! Nothing fails because it is slow: machines differ. A length that is not the optimal one fails.
 
 mod assignment;
 mod check;
+mod clock;
 mod contestants;
 mod figures;
 mod known;
