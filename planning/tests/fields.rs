@@ -65,6 +65,30 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn fields_of_a_map_that_changed_are_as_if_built_of_it(
+        grid in maps(), moves in move_sets(), targets in prop::collection::vec(any::<Index>(), 1..5),
+        changes in prop::collection::vec(prop::collection::vec((any::<Index>(), any::<bool>()), 1..6), 1..8),
+    ) {
+        let cell = |index: Index| grid.cell(index.index(grid.len()));
+        let cell_at = |index| grid.cell(index);
+        let targets: Vec<Cell> = targets.into_iter().map(cell).collect();
+        let mut fields = Fields::build(grid.clone(), moves, &targets);
+        for changes in changes {
+            let repaired = fields.change(changes.into_iter().map(|(index, free)| (cell(index), free)));
+            prop_assert!([0, targets.len()].contains(&(repaired.repaired + repaired.rebuilt)));
+            let fresh = Fields::build(fields.grid().clone(), moves, &targets);
+            for from in (0..grid.len()).map(cell_at) {
+                prop_assert_eq!(fields.lengths(from).collect::<Vec<_>>(), fresh.lengths(from).collect::<Vec<_>>(), "from {}", from);
+            }
+            prop_assert!(fields == fresh, "a move or run differs; {repaired:?}");
+        }
+    }
+}
+
 #[test]
 fn a_field_as_a_planner_says_what_is_wrong_with_an_end() {
     let grid = planning::formats::movingai::read_map("type octile\nheight 1\nwidth 5\nmap\n..@..\n").unwrap();

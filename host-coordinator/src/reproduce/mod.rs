@@ -14,6 +14,7 @@ pub mod access;
 pub mod figure;
 pub mod igwo;
 pub mod lmpp;
+pub mod mecanum;
 pub mod render;
 pub mod row;
 
@@ -24,7 +25,7 @@ pub use self::row::{Printed, Row, Value, Verdict};
 use crate::{diagnostics::Diagnostics, site::OutsideMap};
 
 /// Every paper that is reproduced.
-pub const PAPERS: &[Paper] = &[lmpp::PAPER, access::PAPER, igwo::PAPER];
+pub const PAPERS: &[Paper] = &[lmpp::PAPER, access::PAPER, mecanum::PAPER, igwo::PAPER];
 
 /// A paper, and how its tables and figures are computed.
 #[derive(Debug)]

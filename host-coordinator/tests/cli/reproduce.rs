@@ -1,6 +1,8 @@
 //! `chargehand reproduce`: the papers' tables.
 
-use super::{chargehand, json};
+use std::{collections::BTreeSet, fs, io::Cursor};
+
+use super::{chargehand, json, text};
 
 #[test]
 fn reproduce_finds_every_printed_length_and_explains_every_difference() {
@@ -45,5 +47,107 @@ fn reproduce_names_what_there_is_where_it_is_asked_for_something_else() {
     let wanted = "table 4 is not reproduced: there are LMPP 5, 6, 7, 8, 9, 10, 11, 12, 13, 14\n";
     assert!(error.ends_with(wanted), "{error}");
     let error = chargehand(&["reproduce", "--paper", "ravankar"]).fails();
-    assert!(error.contains("paper `ravankar` is not reproduced: give one of lmpp"), "{error}");
+    assert!(error.contains("paper `ravankar` is not reproduced: give one of lmpp, access"), "{error}");
+}
+
+#[test]
+fn reproduce_finds_every_length_of_access_table_5_and_table_4_as_the_map_can() {
+    let report = json(&["reproduce", "--paper", "access"]);
+    let rows = report["rows"].as_array().unwrap();
+    let verdicts = |table: &str| -> Vec<_> {
+        let of_table = rows.iter().filter(|row| row["table"] == table);
+        of_table.map(|row| (row["row"].as_str().unwrap(), row["verdict"].as_str().unwrap())).collect()
+    };
+    let table_5 = verdicts("5");
+    assert_eq!(table_5.len(), 12);
+    assert!(table_5.iter().all(|&(_, verdict)| verdict == "exact"), "{table_5:?}");
+    assert_eq!(
+        verdicts("4"),
+        [
+            ("Random-1", "close"),
+            ("Random-2", "exact"),
+            ("Random-3", "close"),
+            ("Random-4", "close"),
+            ("Random-5", "exact"),
+            ("Sequential", "close"),
+        ]
+    );
+    for row in rows.iter().filter(|row| row["table"] == "4") {
+        let (published, ours) = (row["published"].as_f64().unwrap(), row["ours"].as_f64().unwrap());
+        assert!((published - ours).abs() <= 0.0005 * published, "{row}");
+    }
+    let differing: Vec<_> = rows.iter().filter(|row| row["verdict"] == "differs").collect();
+    assert!(differing.is_empty(), "{differing:?}");
+    // What is only drawn to the text says so.
+    for row in rows.iter().filter(|row| row["table"] == "Experiment 2" && row["row"] != "makes room") {
+        assert!(row["note"].as_str().unwrap().contains("drawn to the text"), "{row}");
+    }
+}
+
+#[test]
+fn a_reproduced_row_has_the_keys_that_programs_read() {
+    let report = json(&["reproduce", "--paper", "access", "--table", "experiment 1"]);
+    assert_eq!(report["files"], serde_json::json!([]));
+    let keys: BTreeSet<_> = report["rows"][0].as_object().unwrap().keys().map(String::as_str).collect();
+    assert_eq!(
+        keys,
+        BTreeSet::from(["column", "note", "ours", "paper", "published", "row", "table", "verdict"])
+    );
+}
+
+#[test]
+fn plots_are_well_formed_svg_and_png_of_one_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let plots = folder.path().join("new/plots");
+    for (paper, table) in [("lmpp", "12"), ("access", "1")] {
+        let report = json(&["reproduce", "--paper", paper, "--table", table, "--plots", text(&plots)]);
+        let files: Vec<_> =
+            report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
+        assert!(files.len() >= 20, "{files:?}");
+        for pair in files.chunks(2) {
+            let [svg, png] = pair else { panic!("a file alone: {pair:?}") };
+            assert_eq!(svg.strip_suffix(".svg"), png.strip_suffix(".png"));
+            let svg_text = fs::read_to_string(svg).unwrap();
+            assert!(svg_text.len() < 300_000, "{svg}: {} bytes", svg_text.len());
+            let svg = roxmltree::Document::parse(&svg_text).unwrap();
+            let side = |name| svg.root_element().attribute(name).unwrap().parse::<u32>().unwrap();
+            let mut png = png::Decoder::new(Cursor::new(fs::read(png).unwrap())).read_info().unwrap();
+            assert_eq!((png.info().width, png.info().height), (side("width"), side("height")));
+            let mut pixels = vec![0; png.output_buffer_size().unwrap()];
+            png.next_frame(&mut pixels).unwrap();
+            let dark = pixels.iter().filter(|&&value| value < 128).count();
+            assert!(dark > 1_000, "{pair:?} is empty");
+        }
+    }
+}
+
+#[test]
+fn reproduce_says_where_plots_cannot_be_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    let error =
+        chargehand(&["reproduce", "--paper", "access", "--table", "1", "--plots", text(&file)]).fails();
+    assert!(error.contains("/file/access-experiment-1.svg cannot be written ("), "{error}");
+    assert!(error.ends_with("): give --plots a folder that can be\n"), "{error}");
+}
+
+#[test]
+fn mecanums_tables_compare_what_can_be_and_say_why_the_rest_can_not() {
+    let report = json(&["reproduce", "--paper", "mecanum", "--table", "III.C.2"]);
+    let rows = report["rows"].as_array().unwrap();
+    assert_eq!(rows[0]["verdict"], "exact", "{}", rows[0]);
+    let report = json(&["reproduce", "--paper", "mecanum", "--table", "III"]);
+    let rows = report["rows"].as_array().unwrap();
+    // The printed ratios of the first row are not those of its numbers.
+    let differs: Vec<_> = rows.iter().filter(|row| row["verdict"] == "differs").collect();
+    assert!(differs.iter().any(|row| row["row"] == "1/6" && row["column"] == "I / II, printed time"));
+    assert!(differs.iter().all(|row| row["column"].as_str().unwrap().contains("printed")));
+    for row in rows.iter().filter(|row| row["verdict"] == "not-comparable") {
+        assert_ne!(row["note"], "", "{row}");
+    }
+    // On the same cells nothing is shorter than A*'s path.
+    for row in rows.iter().filter(|row| row["column"] == "I / II, length") {
+        assert!(row["ours"].as_f64().unwrap() >= 1.0, "{row}");
+    }
 }

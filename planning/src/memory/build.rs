@@ -49,24 +49,31 @@ impl<M: Metric> Builder<M> {
         Self { allowed, offsets: offsets::<M>(grid), arrivals, frontier: Frontier::default() }
     }
 
-    /// Builds the fields of all targets into the tables; `targets` are their indices, `None` where one is
-    /// in a wall.
-    pub fn build_all(&mut self, targets: &[Option<usize>], distances: &mut [M::Distance], runs: &mut [Run]) {
+    /// Builds fields into the tables of `of` targets: the number of each target, and its place if it is
+    /// not in a wall.
+    pub fn build_all(
+        &mut self,
+        targets: &[(usize, Option<usize>)],
+        of: usize,
+        distances: &mut [M::Distance],
+        runs: &mut [Run],
+    ) {
         let cells = self.allowed.len();
-        let stride = targets.len();
         let empty = Field::<M> { distances: vec![M::FAR; cells], runs: vec![0; cells] };
-        let mut fields = vec![empty; stride.min(TOGETHER)];
-        for (group, targets) in targets.chunks(TOGETHER).enumerate() {
-            for (field, &target) in fields.iter_mut().zip(targets) {
-                self.build(target, field);
+        let mut fields = vec![empty; targets.len().min(TOGETHER)];
+        for targets in targets.chunks(TOGETHER) {
+            for (field, &(_, place)) in fields.iter_mut().zip(targets) {
+                self.build(place, field);
             }
-            let first = group * TOGETHER;
-            let fields = &fields[..targets.len()];
-            for (cell, row) in distances.chunks_exact_mut(stride).enumerate() {
-                row[first..].iter_mut().zip(fields).for_each(|(to, field)| *to = field.distances[cell]);
+            for (cell, row) in distances.chunks_exact_mut(of).enumerate() {
+                for (field, &(number, _)) in fields.iter().zip(targets) {
+                    row[number] = field.distances[cell];
+                }
             }
-            for (cell, row) in runs.chunks_exact_mut(stride).enumerate() {
-                row[first..].iter_mut().zip(fields).for_each(|(to, field)| *to = field.runs[cell]);
+            for (cell, row) in runs.chunks_exact_mut(of).enumerate() {
+                for (field, &(number, _)) in fields.iter().zip(targets) {
+                    row[number] = field.runs[cell];
+                }
             }
         }
     }

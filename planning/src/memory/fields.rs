@@ -31,6 +31,7 @@ use super::{
     build::Builder,
     image::{Image, Layout},
     metric::{Knight, Metric, Octile},
+    repair::{Column, Repair},
 };
 use crate::{
     grid::{Cell, Grid},
@@ -40,7 +41,8 @@ use crate::{
 };
 
 /// The ways from everywhere on a map to a list of known targets.
-#[derive(Clone, Debug)]
+/// Two are equal if they are to the bit.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fields {
     pub(super) grid: Grid,
     pub(super) moves: MoveSet,
@@ -64,6 +66,15 @@ macro_rules! with_table {
             }
         }
     };
+}
+
+/// What a change of the map did to the fields.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repaired {
+    /// Fields that were repaired, if only by finding that nothing was to be done.
+    pub repaired: usize,
+    /// Fields that were built anew, because that was cheaper.
+    pub rebuilt: usize,
 }
 
 /// What a map's memory takes, in bytes.
@@ -108,7 +119,7 @@ impl Fields {
         Self { grid, moves, targets: targets.to_vec(), by_cell, image }
     }
 
-    /// Builds all fields anew.
+    /// Builds all fields.
     fn rebuild(&mut self) {
         match self.moves {
             MoveSet::Eight => self.rebuild_as::<Octile>(),
@@ -117,9 +128,53 @@ impl Fields {
     }
 
     fn rebuild_as<M: Metric>(&mut self) {
-        let targets: Vec<_> = self.targets.iter().map(|&cell| free_index(&self.grid, cell).ok()).collect();
+        let places: Vec<_> = (0..).zip(self.places()).collect();
         let (distances, runs) = self.image.parts_mut::<M>();
-        Builder::<M>::new(&self.grid).build_all(&targets, distances, runs);
+        Builder::<M>::new(&self.grid).build_all(&places, places.len(), distances, runs);
+    }
+
+    /// The targets' places in the grid, `None` where one is blocked.
+    fn places(&self) -> Vec<Option<usize>> {
+        self.targets.iter().map(|&cell| free_index(&self.grid, cell).ok()).collect()
+    }
+
+    /// Frees (`true`) or blocks cells, such as those of a door. The fields are then what [`Self::build`]
+    /// would make of the map as it is now, to the bit.
+    ///
+    /// Only what changed is looked at, unless that is so much of a field that building it is cheaper.
+    pub fn change(&mut self, cells: impl IntoIterator<Item = (Cell, bool)>) -> Repaired {
+        let before = self.grid.clone();
+        let mut changed = Vec::new();
+        for (cell, free) in cells {
+            self.grid.set(cell, free);
+            changed.push(cell);
+        }
+        changed.retain(|&cell| before.is_free(cell) != self.grid.is_free(cell));
+        if changed.is_empty() {
+            return Repaired::default();
+        }
+        match self.moves {
+            MoveSet::Eight => self.repair::<Octile>(&before, &changed),
+            MoveSet::Sixteen => self.repair::<Knight>(&before, &changed),
+        }
+    }
+
+    fn repair<M: Metric>(&mut self, before: &Grid, changed: &[Cell]) -> Repaired {
+        let places = self.places();
+        let targets = places.len();
+        let (distances, runs) = self.image.parts_mut::<M>();
+        let mut repair = Repair::<M>::new(before, &self.grid, changed);
+        let mut given_up = Vec::new();
+        for (target, place) in places.into_iter().enumerate() {
+            let mut column = Column { distances: &mut *distances, runs: &mut *runs, target, targets };
+            if !repair.field(place, &mut column) {
+                given_up.push((target, place));
+            }
+        }
+        if !given_up.is_empty() {
+            Builder::<M>::new(&self.grid).build_all(&given_up, targets, distances, runs);
+        }
+        Repaired { repaired: targets - given_up.len(), rebuilt: given_up.len() }
     }
 
     /// The map.

@@ -71,7 +71,21 @@ impl Clone for Image {
     }
 }
 
+impl PartialEq for Image {
+    fn eq(&self, other: &Self) -> bool {
+        self.layout == other.layout && self.tables() == other.tables()
+    }
+}
+
+impl Eq for Image {}
+
 impl Image {
+    /// The bytes of the tables, without header.
+    fn tables(&self) -> &[u8] {
+        let bytes = self.memory.as_ref().as_ref();
+        &bytes[self.layout.distances.start..self.layout.runs.end]
+    }
+
     /// Bytes of 0.
     pub fn blank(layout: Layout) -> Self {
         let words = vec![0; layout.bytes() / 8];

@@ -73,7 +73,7 @@ impl Metric for Octile {
     const HERE: u32 = 0;
     const FAR: u32 = u32::MAX;
     /// 53,165 cells; one more move still fits.
-    const LIMIT: u32 = u32::MAX - DIAGONAL;
+    const LIMIT: u32 = u32::MAX - 1 - DIAGONAL;
     const NUMBER_BITS: u32 = 3;
 
     #[inline]

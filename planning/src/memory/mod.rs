@@ -14,7 +14,8 @@ pub mod fields;
 mod frontier;
 mod image;
 mod metric;
+mod repair;
 mod table;
 
 pub use banks::{Banks, Direction, DoorSets, Leg, Target};
-pub use fields::Fields;
+pub use fields::{Bytes, Fields, Repaired};

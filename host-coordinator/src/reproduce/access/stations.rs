@@ -175,7 +175,10 @@ pub(super) fn figures() -> Result<Vec<Figure>, Failed> {
         )?);
     }
     let direct = stations.direct()?;
-    let of_place = |(name, path): &(&str, Path)| Line::of_path(format!("to {}1 to {0}3", &name[..1]), path);
+    let of_place = |(name, path): &(&str, Path)| {
+        let place = name.chars().next().unwrap_or_default();
+        Line::of_path(format!("to {place}1, {place}2, {place}3"), path)
+    };
     let lines = direct.iter().map(of_place).collect();
     let title = "Access, Experiment 3 (Fig. 5): straight to the free station".to_owned();
     figures.push(stations.map("access-fig-5".into(), title, lines, true)?);

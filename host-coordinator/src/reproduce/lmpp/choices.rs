@@ -18,15 +18,31 @@ use crate::{
 pub(super) fn table_7(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
     let mut rows = Vec::new();
     for (threshold, idle, all) in TABLE_7 {
-        let piles = question(laboratory, TEST_3_START, &[], 0.0, threshold, Rule::PaperLiteral)?.explanations;
-        let count = |stage| piles.iter().filter(|pile| pile.stage == stage).count() as f64;
-        let (ours_idle, ours_busy) = (count(PileStage::Idle), count(PileStage::AlmostCharged));
+        let [ours_idle, ours_busy] = searched(laboratory, threshold)?;
         for (column, printed, ours) in [("Q1", idle, ours_idle), ("Q1 + Q2", all, ours_idle + ours_busy)] {
             let row = format!("q_th {threshold}");
             rows.push(compared("7", row, column, Value::printed(printed), Value::Number(ours)));
         }
     }
     Ok(rows)
+}
+
+/// How many idle and how many almost charged piles a threshold lets be searched.
+pub(super) fn searched(laboratory: &mut Laboratory, threshold: f64) -> Result<[f64; 2], Failed> {
+    let piles = question(laboratory, TEST_3_START, &[], 0.0, threshold, Rule::PaperLiteral)?.explanations;
+    let count = |stage| piles.iter().filter(|pile| pile.stage == stage).count() as f64;
+    Ok([count(PileStage::Idle), count(PileStage::AlmostCharged)])
+}
+
+/// The pile that is chosen in Tests 3 and 4, if any.
+pub(super) fn chosen(
+    laboratory: &mut Laboratory,
+    location: [i32; 2],
+    probabilities: &[f64],
+    reach: u32,
+    rule: Rule,
+) -> Result<Option<PileId>, Failed> {
+    Ok(question(laboratory, location, probabilities, reach.into(), Q_THRESHOLD, rule)?.chosen)
 }
 
 /// Table 8 and Test 3, whose input it is: one location, six sets of probabilities.

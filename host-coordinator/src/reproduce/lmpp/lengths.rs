@@ -121,7 +121,7 @@ const WITH: &str = "0 < theta < 1";
 
 /// Test 5: the routes to the nearest pile from each location of Table 11, without and with
 /// avoidance.
-fn test_5(laboratory: &mut Laboratory) -> Result<Vec<[Option<Route>; 2]>, Failed> {
+pub(super) fn test_5(laboratory: &mut Laboratory) -> Result<Vec<[Option<Route>; 2]>, Failed> {
     let avoiding = laboratory.site.lmpp(THETA);
     let mut routes = Vec::new();
     for location in TABLE_11 {

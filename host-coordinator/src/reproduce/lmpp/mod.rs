@@ -4,6 +4,7 @@
 //! Table 9. `sites/lmpp-fig7/README.md` says how far to trust the map.
 
 mod choices;
+mod figures;
 mod inputs;
 mod lengths;
 mod published;
@@ -46,7 +47,7 @@ pub fn rows(table: &str) -> Result<Vec<Row>, Failed> {
 /// # Errors
 /// Only if the built-in site is faulty.
 pub fn figures() -> Result<Vec<Figure>, Failed> {
-    Ok(Vec::new())
+    figures::all(&mut Laboratory::new(Site::fig7()?))
 }
 
 /// The site and the planners of the paper's five tests.

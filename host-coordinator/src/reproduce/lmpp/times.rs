@@ -54,6 +54,12 @@ pub(super) fn table_5(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
     Ok(rows)
 }
 
+/// Microseconds that LMPP and A\* take for the ways from `from` to every pile that doors lead to.
+pub(super) fn micros(laboratory: &mut Laboratory, from: Cell) -> Result<[f64; 2], Failed> {
+    let piles: Vec<_> = laboratory.as_drawn.survey(from)?.lengths().map(|(pile, _)| pile).collect();
+    Ok(measure(laboratory, from, &piles)?.map(|cost| cost.micros))
+}
+
 /// Plans the ways from `from` to `piles` by LMPP, with its memory at hand, and by A\*.
 fn measure(laboratory: &mut Laboratory, from: Cell, piles: &[u16]) -> Result<Pair, Failed> {
     let Laboratory { site, as_drawn, workspace, .. } = laboratory;

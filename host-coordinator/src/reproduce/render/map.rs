@@ -31,30 +31,29 @@ where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
+    let axes =
+        Axes { origin: frame.origin.into(), flipped: frame.y_up.then(|| f64::from(grid.height()) - 1.0) };
     // Cells are as wide as 1, their middles at whole numbers.
-    let (right, low) = (f64::from(grid.width()) - 0.5, f64::from(grid.height()) - 0.5);
+    let (right, low) = ((f64::from(grid.width()) - 0.5).max(0.5), (f64::from(grid.height()) - 0.5).max(0.5));
+    let ((left, low), (right, high)) = (axes.at((-0.5, low)), axes.at((right, -0.5)));
     let mut chart = ChartBuilder::on(area)
         .x_label_area_size(X_AXIS * scale)
         .y_label_area_size(Y_AXIS * scale)
-        .build_cartesian_2d(-0.5..right.max(0.5), low.max(0.5)..-0.5)?;
+        .build_cartesian_2d(left..right, low..high)?;
     let pane = chart.plotting_area();
     for Block { x, y, width, height } in blocks(grid) {
         let (left, top) = (f64::from(x) - 0.5, f64::from(y) - 0.5);
         let corners = [(left, top), (left + f64::from(width), top + f64::from(height))];
-        pane.draw(&Rectangle::new(corners, WALL.filled()))?;
+        pane.draw(&Rectangle::new(corners.map(|corner| axes.at(corner)), WALL.filled()))?;
     }
     for (line, pen) in lines.iter().zip(pens(lines.iter().map(|line| line.label.as_str()))) {
-        pen.stroke(pane, scale, line.points.clone())?;
+        pen.stroke(pane, scale, line.points.iter().map(|&point| axes.at(point)).collect())?;
     }
     for mark in marks {
-        draw_mark(pane, scale, mark, f64::from(grid.width()))?;
+        let is_right = mark.at.0 > 0.85 * f64::from(grid.width());
+        draw_mark(pane, scale, &mark.label, axes.at(mark.at), is_right)?;
     }
-    let origin = f64::from(frame.origin);
-    let x_label = |x: &f64| (x.round() + origin).to_string();
-    let y_label = |y: &f64| {
-        let rows = if frame.y_up { f64::from(grid.height()) - 1.0 - y.round() } else { y.round() };
-        (rows + origin).to_string()
-    };
+    let whole = |value: &f64| value.round().to_string();
     chart
         .configure_mesh()
         .disable_mesh()
@@ -65,34 +64,47 @@ where
         .y_desc("y (cells)")
         .x_labels(12)
         .y_labels(12)
-        .x_label_formatter(&x_label)
-        .y_label_formatter(&y_label)
+        .x_label_formatter(&whole)
+        .y_label_formatter(&whole)
         .draw()?;
     Ok(())
+}
+
+/// How the axes count.
+#[derive(Clone, Copy)]
+struct Axes {
+    origin: f64,
+    /// The last row, where y grows upwards.
+    flipped: Option<f64>,
+}
+
+impl Axes {
+    fn at(self, (x, y): (f64, f64)) -> (f64, f64) {
+        (x + self.origin, self.flipped.map_or(y, |last| last - y) + self.origin)
+    }
 }
 
 type Pane<B> = DrawingArea<B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// A dot with its name beside it, on that side where there is room.
-fn draw_mark<B>(pane: &Pane<B>, scale: u32, mark: &Mark, width: f64) -> Drawn
+fn draw_mark<B>(pane: &Pane<B>, scale: u32, label: &str, at: (f64, f64), is_right: bool) -> Drawn
 where
     B: DrawingBackend,
     B::ErrorType: 'static,
 {
     let pixels = |length: i32| length * scale as i32;
-    let dot = EmptyElement::at(mark.at)
+    let dot = EmptyElement::at(at)
         + Circle::new((0, 0), pixels(5), INK.filled())
         + Circle::new((0, 0), pixels(3), WHITE.filled());
     pane.draw(&dot)?;
-    let is_right = mark.at.0 > 0.85 * width;
     let (side, anchor) = if is_right { (-1, HPos::Right) } else { (1, HPos::Left) };
     let style = text_style(13, scale).pos(Pos::new(anchor, VPos::Center));
-    let (text_width, text_height) = pane.estimate_text_size(&mark.label, &style)?;
+    let (text_width, text_height) = pane.estimate_text_size(label, &style)?;
     let (near, far) = (pixels(7), pixels(11) + text_width as i32);
     let half = text_height as i32 / 2 + pixels(1);
     let behind = Rectangle::new([(side * near, -half), (side * far, half)], WHITE.mix(0.75).filled());
-    let name = Text::new(mark.label.clone(), (side * pixels(9), 0), style);
-    pane.draw(&(EmptyElement::at(mark.at) + behind + name))?;
+    let name = Text::new(label.to_owned(), (side * pixels(9), 0), style);
+    pane.draw(&(EmptyElement::at(at) + behind + name))?;
     Ok(())
 }
 
