@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use super::{chargehand, fig7, fig7_with, text};
+use super::{chargehand, copy_of, fig7, fig7_with, site, text};
 
 /// The line of `needle` in `file` of `directory`.
 fn line_of(directory: &Path, file: &str, needle: &str) -> usize {
@@ -32,6 +32,14 @@ fn the_example_configuration_is_ready_to_run() {
         ready.contains("is ready to run: 3 robots on \"LMPP Fig. 7\", a site of 13 piles and 7 doors"),
         "{ready}"
     );
+}
+
+#[test]
+fn a_site_of_one_subarea_needs_no_doors() {
+    let copy = copy_of(&site("access-fig3"));
+    let output = chargehand(&["check", "--config", text(&copy.path().join("chargehand.toml"))]).succeeds();
+    let wanted = "is ready to run: 1 robots on \"Access Fig. 3\", a site of 12 piles and 0 doors\n";
+    assert!(output.ends_with(wanted) && output.lines().count() == 1, "{output}");
 }
 
 #[test]

@@ -53,23 +53,34 @@ fn chargehand(arguments: &[&str]) -> Ran {
     }
 }
 
-/// The paper's site, as it is in the repository.
+/// A site, as it is in the repository.
+fn site(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../sites").join(name)
+}
+
+/// The site of LMPP.
 fn fig7() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../sites/lmpp-fig7")
+    site("lmpp-fig7")
 }
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
-/// A copy of the paper's site, with keys, in which `from` in `file` is replaced by `to`.
-fn fig7_with(file: &str, from: &str, to: &str) -> TempDir {
+/// A copy of a site, with keys.
+fn copy_of(site: &Path) -> TempDir {
     let copy = tempfile::tempdir().unwrap();
-    for entry in fs::read_dir(fig7()).unwrap() {
+    for entry in fs::read_dir(site).unwrap() {
         let entry = entry.unwrap();
         fs::copy(entry.path(), copy.path().join(entry.file_name())).unwrap();
     }
     Keys::change(&copy.path().join("keys.toml"), |keys| keys.make_site()).unwrap();
+    copy
+}
+
+/// A copy of LMPP's site, with keys, in which `from` in `file` is replaced by `to`.
+fn fig7_with(file: &str, from: &str, to: &str) -> TempDir {
+    let copy = copy_of(&fig7());
     let path = copy.path().join(file);
     let before = fs::read_to_string(&path).unwrap();
     assert!(before.contains(from), "{file} has no {from:?}");

@@ -1,5 +1,7 @@
 //! What Tests 1 to 5 draw: Figs. 8 to 12, and Table 7 as a curve.
 
+use std::collections::BTreeMap;
+
 use planning::{
     grid::Cell,
     lmpp::{Lmpp, Route},
@@ -107,12 +109,16 @@ fn test_2(laboratory: &mut Laboratory) -> Result<Figure, Failed> {
 
 /// Test 3: one location, six conditions; eq. 9 as printed.
 fn fig_10(laboratory: &mut Laboratory, reach: u32) -> Result<Figure, Failed> {
-    let mut lines = Vec::new();
+    let mut conditions: BTreeMap<PileId, Vec<String>> = BTreeMap::new();
     for (condition, p) in (1..).zip(&TABLE_8) {
-        let chosen = choices::chosen(laboratory, TEST_3_START, p, reach, Rule::PaperLiteral)?;
-        lines.extend(line(laboratory, TEST_3_START, chosen, |pile| {
-            format!("condition ({condition}): {pile}")
-        })?);
+        if let Some(pile) = choices::chosen(laboratory, TEST_3_START, p, reach, Rule::PaperLiteral)? {
+            conditions.entry(pile).or_default().push(format!("({condition})"));
+        }
+    }
+    let mut lines = Vec::new();
+    for (pile, conditions) in conditions {
+        let label = |pile: &str| format!("{pile} in {}", conditions.join(", "));
+        lines.extend(line(laboratory, TEST_3_START, Some(pile), label)?);
     }
     let title = format!("LMPP, Test 3 (Fig. 10): six conditions, reach {reach}");
     map(laboratory, &format!("lmpp-fig-10-reach-{reach}"), &title, lines, &[TEST_3_START])

@@ -50,8 +50,9 @@ where
         pen.stroke(pane, scale, line.points.iter().map(|&point| axes.at(point)).collect())?;
     }
     for mark in marks {
-        let is_right = mark.at.0 > 0.85 * f64::from(grid.width());
-        draw_mark(pane, scale, &mark.label, axes.at(mark.at), is_right)?;
+        let has_neighbour = marks.iter().any(|other| is_close_right(mark.at, other.at, grid));
+        let to_the_left = has_neighbour || mark.at.0 > 0.85 * f64::from(grid.width());
+        draw_mark(pane, scale, &mark.label, axes.at(mark.at), to_the_left)?;
     }
     let whole = |value: &f64| value.round().to_string();
     chart
@@ -84,10 +85,17 @@ impl Axes {
     }
 }
 
+/// Whether `other` is where the label of a mark would stand.
+fn is_close_right((x, y): (f64, f64), other: (f64, f64), grid: &Grid) -> bool {
+    let side = f64::from(grid.width().max(grid.height()));
+    let (right, down) = ((other.0 - x) / side, (other.1 - y) / side);
+    right > 0.0 && right < 0.04 && down.abs() < 0.015
+}
+
 type Pane<B> = DrawingArea<B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// A dot with its name beside it, on that side where there is room.
-fn draw_mark<B>(pane: &Pane<B>, scale: u32, label: &str, at: (f64, f64), is_right: bool) -> Drawn
+fn draw_mark<B>(pane: &Pane<B>, scale: u32, label: &str, at: (f64, f64), to_the_left: bool) -> Drawn
 where
     B: DrawingBackend,
     B::ErrorType: 'static,
@@ -97,13 +105,13 @@ where
         + Circle::new((0, 0), pixels(5), INK.filled())
         + Circle::new((0, 0), pixels(3), WHITE.filled());
     pane.draw(&dot)?;
-    let (side, anchor) = if is_right { (-1, HPos::Right) } else { (1, HPos::Left) };
+    let (side, anchor) = if to_the_left { (-1, HPos::Right) } else { (1, HPos::Left) };
     let style = text_style(13, scale).pos(Pos::new(anchor, VPos::Center));
     let (text_width, text_height) = pane.estimate_text_size(label, &style)?;
     let (near, far) = (pixels(7), pixels(11) + text_width as i32);
     let half = text_height as i32 / 2 + pixels(1);
     let behind = Rectangle::new([(side * near, -half), (side * far, half)], WHITE.mix(0.75).filled());
-    let name = Text::new(label.to_owned(), (side * pixels(9), 0), style);
+    let name = Text::new(label.to_owned(), (side * pixels(9), pixels(1)), style);
     pane.draw(&(EmptyElement::at(at) + behind + name))?;
     Ok(())
 }
