@@ -15,7 +15,6 @@
 //! | [`indexed`] | any start to any goal through an index of the map |
 //! | [`rrt`] | trees that explore by chance, and paths along what they found |
 //! | [`dwa`] | velocities for a Mecanum chassis that follow a path |
-//! | [`field`] | the way to one place from everywhere around it |
 //! | [`rooms`] | subareas and the doors between them |
 //! | [`segment`] | subareas and doors derived from a map |
 //! | [`congestion`] | which doors to avoid when |
@@ -42,7 +41,6 @@ pub mod assign;
 pub mod clearance;
 pub mod congestion;
 pub mod dwa;
-pub mod field;
 pub mod floor_plan;
 pub mod formats;
 pub mod frame;

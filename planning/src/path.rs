@@ -29,11 +29,6 @@ impl Path {
         self
     }
 
-    /// A path that was taken apart by [`Self::waypoints`] and [`Self::length`].
-    pub(crate) const fn from_parts(waypoints: Vec<Cell>, length: Length) -> Self {
-        Self { waypoints, length }
-    }
-
     /// Starts anew at `cell`, in the same memory.
     pub(crate) fn restart(&mut self, cell: Cell) {
         self.waypoints.clear();
@@ -46,6 +41,20 @@ impl Path {
         self.restart(start);
         self.length = length;
         &mut self.waypoints
+    }
+
+    /// Goes on by a path of that length whose waypoints these are; the first is where this one ends.
+    pub(crate) fn append(&mut self, waypoints: impl IntoIterator<Item = Cell>, length: Length) {
+        let mut waypoints = waypoints.into_iter().skip(1);
+        let Some(next) = waypoints.next() else { return };
+        match *self.waypoints.as_mut_slice() {
+            [.., before, ref mut last] if single_step(before, *last) == single_step(*last, next) => {
+                *last = next
+            }
+            _ => self.waypoints.push(next),
+        }
+        self.waypoints.extend(waypoints);
+        self.length = self.length + length;
     }
 
     /// Goes on by one move.

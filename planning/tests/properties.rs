@@ -1,14 +1,14 @@
 //! What must hold on every map: LMPP is never shorter than A*, and closed doors are never passed.
 #![allow(clippy::unwrap_used)]
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use planning::{
     formats::movingai::read_map,
     grid::{Cell, Grid},
     lmpp::Lmpp,
     memory::Target,
-    moves::MoveSet,
+    moves::{Length, MoveSet},
     rooms::{Door, DoorId, Rooms, SubareaId, Subareas},
     search::{AStar, Planner, Workspace},
 };
@@ -89,6 +89,24 @@ fn floor(columns: i32, rows: i32, doors: &[(bool, i32)], piles: &[Index], tables
     Floor { grid, rooms, piles }
 }
 
+/// The shortest chain of paths in M2 from one door to another, the plainest way: every door's length is
+/// lowered over every path until nothing changes.
+fn chain(lmpp: &Lmpp, from: DoorId, to: DoorId) -> Option<Length> {
+    let mut lengths = BTreeMap::from([(from, Length::default())]);
+    loop {
+        let before = lengths.clone();
+        for (&door, &length) in &before {
+            for (next, leg, _) in lmpp.banks().from_door(door) {
+                let known = lengths.entry(next).or_insert(length + leg.length);
+                *known = (*known).min(length + leg.length);
+            }
+        }
+        if lengths == before {
+            return lengths.get(&to).copied();
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -120,6 +138,37 @@ proptest! {
             if !at_door {
                 prop_assert_eq!(route.path.length(), shortest, "from {} to {}", from, pile.cell);
             }
+        }
+    }
+
+    #[test]
+    fn lmpp_is_never_longer_than_algorithm_6_that_keeps_the_shortest(
+        floor in floors(), moves in move_sets(), from in any::<Index>(),
+    ) {
+        let Floor { grid, rooms, piles } = floor;
+        let cells: Vec<Cell> = grid.free_cells().collect();
+        let from = cells[from.index(cells.len())];
+        let lmpp = Lmpp::new(grid.clone(), moves, rooms.clone(), piles.clone());
+        let survey = lmpp.survey(from).unwrap();
+        let mut workspace = Workspace::default();
+        let mut length = |from, to| {
+            AStar::new(&grid, moves).plan(from, to, &mut workspace).ok().map(|plan| plan.path.length())
+        };
+        let own = rooms.find_subarea(from).unwrap();
+        for pile in piles {
+            let theirs = rooms.find_subarea(pile.cell).unwrap();
+            let by_algorithm_6 = if own == theirs {
+                length(from, pile.cell)
+            } else {
+                let pairs = rooms.doors_of(own).flat_map(|one| rooms.doors_of(theirs).map(move |other| (one, other)));
+                let ways = pairs.filter_map(|(one, other)| {
+                    Some(length(from, one.cell)? + chain(&lmpp, one.id, other.id)? + length(other.cell, pile.cell)?)
+                });
+                ways.min()
+            };
+            let recalled = survey.length_to(pile.id);
+            prop_assert!(by_algorithm_6.is_none() || recalled.is_some());
+            prop_assert!(recalled <= by_algorithm_6 || by_algorithm_6.is_none(), "{recalled:?}, {by_algorithm_6:?}");
         }
     }
 

@@ -154,7 +154,7 @@ impl Plan {
         let micros = micros_since(start);
         let route = route.ok_or(NoPlan::NoDoors { from: self.from, to: self.to })?;
         let coordinates = |cell| site.coordinates(cell);
-        Ok(Planned::new(&route.path, survey.expanded(), micros, Some(&route.doors), coordinates))
+        Ok(Planned::new(&route.path, 0, micros, Some(&route.doors), coordinates))
     }
 
     /// A search's error in the coordinates that were given.

@@ -36,7 +36,8 @@ fn plan_gives_the_printed_lengths_in_the_sites_own_frame() {
         let output = plan(&format!("--from 4,66 --to 0,70 --planner {planner} --json")).succeeds();
         let planned: serde_json::Value = serde_json::from_str(&output).unwrap();
         assert!((planned["length"].as_f64().unwrap() - length).abs() < 1e-12, "{planner}: {planned}");
-        assert!(planned["expanded"].as_u64().unwrap() > 0 && planned["micros"].as_f64().unwrap() > 0.0);
+        assert_eq!(planned["expanded"].as_u64().unwrap() > 0, planner == "astar", "lmpp recalls");
+        assert!(planned["micros"].as_f64().unwrap() > 0.0);
         let path = planned["path"].as_array().unwrap();
         assert_eq!(path.first(), Some(&serde_json::json!([4, 66])));
         assert_eq!(path.last(), Some(&serde_json::json!([1, 70])), "0 acts as 1");

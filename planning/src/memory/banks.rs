@@ -7,12 +7,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::Fields;
 use crate::{
-    grid::{Cell, Grid},
-    moves::{Length, MoveSet},
+    grid::Cell,
+    moves::Length,
     path::Path,
-    rooms::{DoorId, Rooms, SubareaId},
-    search::{Dijkstra, Workspace},
+    rooms::{Door, DoorId, Rooms, SubareaId},
 };
 
 /// A known target, such as a charging pile.
@@ -83,50 +83,50 @@ pub enum Direction {
     Back,
 }
 
+impl Direction {
+    /// The other way round.
+    #[must_use]
+    pub const fn turned(self) -> Self {
+        match self {
+            Self::Forth => Self::Back,
+            Self::Back => Self::Forth,
+        }
+    }
+}
+
 impl Banks {
-    /// Plans and stores M1 and M2 without the doors in `closed`, whose cells no path enters.
-    /// Targets and pairs of doors between which there is no path are left out.
+    /// Stores M1 and M2 without the doors in `closed`. Targets and pairs of doors between which there is
+    /// no path are left out.
+    ///
+    /// Paths are walks through `fields`, of the ways to all doors and then to all targets on the map where
+    /// closed doors are blocked: nothing is searched twice.
     #[must_use]
     pub fn build(
-        grid: &Grid,
-        moves: MoveSet,
+        fields: &Fields,
         rooms: &Rooms,
         sets: &DoorSets,
         targets: &[Target],
         closed: &BTreeSet<DoorId>,
     ) -> Self {
         let mut banks = Self::default();
-        let mut workspace = Workspace::default();
-        let grid = &without(grid, rooms, closed);
-        let is_open = |id: &DoorId| !closed.contains(id);
-        for door in rooms.doors().iter().filter(|door| is_open(&door.id)) {
-            let beside = |target: &&Target| {
-                rooms.find_subarea(target.cell).is_some_and(|subarea| door.joins.contains(&subarea))
-            };
-            let others: Vec<_> = rooms
-                .doors()
-                .iter()
-                .filter(|other| is_open(&other.id) && sets.pairs.contains(&(door.id, other.id)))
-                .collect();
-            let beside: Vec<_> = targets.iter().filter(beside).collect();
-            let goals: Vec<_> = beside
-                .iter()
-                .map(|target| target.cell)
-                .chain(others.iter().map(|other| other.cell))
-                .collect();
-            if goals.is_empty() {
-                continue;
-            }
-            let Ok(ways) = Dijkstra::new(grid, moves).ways(door.cell, &goals, &mut workspace) else {
-                continue;
-            };
-            for target in beside {
-                if let Some(leg) = ways.path_to(target.cell).and_then(|path| banks.store(&path)) {
+        let mut path = Path::default();
+        let doors = rooms.doors();
+        let is_open = |door: &Door| !closed.contains(&door.id);
+        for door in doors.iter().filter(|door| is_open(door)) {
+            for (field, target) in (doors.len()..).zip(targets) {
+                let subarea = rooms.find_subarea(target.cell);
+                if subarea.is_some_and(|subarea| door.joins.contains(&subarea))
+                    && fields.walk(door.cell, field, &mut path)
+                    && let Some(leg) = banks.store(&path)
+                {
                     banks.targets.insert((door.id, target.id), leg);
                 }
             }
-            for other in others {
-                if let Some(leg) = ways.path_to(other.cell).and_then(|path| banks.store(&path)) {
+            for (field, other) in doors.iter().enumerate().filter(|(_, other)| is_open(other)) {
+                if sets.pairs.contains(&(door.id, other.id))
+                    && fields.walk(door.cell, field, &mut path)
+                    && let Some(leg) = banks.store(&path)
+                {
                     banks.doors.entry(door.id).or_default().push((other.id, leg, Direction::Forth));
                     banks.doors.entry(other.id).or_default().push((door.id, leg, Direction::Back));
                 }
@@ -158,13 +158,27 @@ impl Banks {
     /// The stored path (LMPP Algorithm 5, by place).
     #[must_use]
     pub fn recall(&self, leg: Leg, direction: Direction) -> Path {
+        let mut waypoints = self.waypoints(leg, direction);
+        let mut path = Path::at(waypoints.clone().next().unwrap_or_default());
+        path.append(&mut waypoints, leg.length);
+        path
+    }
+
+    /// As [`Self::recall`], at the end of a path that leads where the stored one starts.
+    pub(crate) fn recall_onto(&self, leg: Leg, direction: Direction, path: &mut Path) {
+        path.append(self.waypoints(leg, direction), leg.length);
+    }
+
+    fn waypoints(&self, leg: Leg, direction: Direction) -> impl Iterator<Item = Cell> + Clone + '_ {
         let stored = self.waypoints.get(leg.start as usize..leg.end as usize).unwrap_or_default();
-        let waypoints = stored.iter().map(|&(x, y)| Cell { x: x.into(), y: y.into() }).collect();
-        let path = Path::from_parts(waypoints, leg.length);
-        match direction {
-            Direction::Forth => path,
-            Direction::Back => path.reversed(),
-        }
+        let last = stored.len().saturating_sub(1);
+        (0..stored.len()).filter_map(move |place| {
+            let place = match direction {
+                Direction::Forth => place,
+                Direction::Back => last - place,
+            };
+            stored.get(place).map(|&(x, y)| Cell { x: x.into(), y: y.into() })
+        })
     }
 
     /// How many paths are stored.
@@ -184,13 +198,4 @@ impl Banks {
     pub fn bytes(&self) -> usize {
         size_of_val(self.waypoints.as_slice()) + self.len() * size_of::<Leg>()
     }
-}
-
-/// `grid` with the cells of the closed doors blocked.
-fn without(grid: &Grid, rooms: &Rooms, closed: &BTreeSet<DoorId>) -> Grid {
-    let mut grid = grid.clone();
-    for door in rooms.doors().iter().filter(|door| closed.contains(&door.id)) {
-        grid.set(door.cell, false);
-    }
-    grid
 }

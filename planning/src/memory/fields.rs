@@ -183,6 +183,12 @@ impl Fields {
         &self.grid
     }
 
+    /// The moves of the ways.
+    #[must_use]
+    pub const fn moves(&self) -> MoveSet {
+        self.moves
+    }
+
     /// The targets, in the order of their numbers.
     #[must_use]
     pub fn targets(&self) -> &[Cell] {
