@@ -1,14 +1,14 @@
 //! The open list of a search: a bucket queue on integer costs.
 //!
-//! Entries are sorted into buckets 1/8 of a cell wide and come out of a bucket last in, first out, so
+//! Entries are sorted into buckets half a cell wide and come out of a bucket last in, first out, so
 //! that of equally promising nodes the search follows the one it has just reached. Within a bucket the
 //! order is not exact: a search must be ready to reach a node again by a shorter way, which never
 //! happens where every move costs more than a bucket's width (Dijkstra).
 
 use crate::{grid::Cell, moves::Cost};
 
-/// A bucket is 2^29 / 2^32 of a cell wide.
-const WIDTH_BITS: u32 = 29;
+/// A bucket is 2^31 of 2^32 parts of a cell wide.
+const WIDTH_BITS: u32 = 31;
 const END: u32 = u32::MAX;
 
 /// Cells by rising cost.

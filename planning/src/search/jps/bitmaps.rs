@@ -3,35 +3,29 @@
 //! All are made from the map by operations on whole words. A border of one blocked cell is around the
 //! map, so that every jump ends: cell (x, y) of the map is at (x + 1, y + 1) here.
 
-use super::lines::Lines;
+use super::{lines::Lines, woven::Woven};
 use crate::grid::Grid;
 
-/// Where jumps along rows, or along columns, end.
-#[derive(Clone, Debug)]
-pub(super) struct Straight {
-    pub(super) free: Lines,
-    /// Walls, and cells where a turn may be worth while for who comes [forth, back].
-    pub(super) stops: [Lines; 2],
-}
+/// In straight lines, for who goes on by rising places: walls, and cells where a turn may be worth while.
+/// The next bitmap is the same for who comes back.
+pub(super) const STOPS: usize = 0;
+/// In straight lines: the free cells.
+pub(super) const FREE: usize = 2;
+/// In diagonals, for who goes down: cells from which a straight jump leads to a turn. The next bitmap is
+/// the same for who goes up.
+pub(super) const TURNS: usize = 0;
+/// In diagonals: cells from which no diagonal move leads to the next row.
+pub(super) const WALLS: usize = 2;
 
-/// Where jumps along one kind of diagonals end.
-#[derive(Clone, Debug)]
-pub(super) struct Diagonal {
-    /// Cells from which no diagonal move leads to the next row.
-    pub(super) walls: Lines,
-    /// Cells from which a straight jump leads to a turn, for who comes [down, up].
-    pub(super) turns: [Lines; 2],
-}
-
-/// All that is kept of a map: 13 bits a cell.
+/// All that is kept of a map: 12 bits a cell, and what the border takes.
 #[derive(Clone, Debug)]
 pub(super) struct Bitmaps {
-    pub(super) rows: Straight,
-    pub(super) columns: Straight,
+    pub(super) rows: Woven,
+    pub(super) columns: Woven,
     /// The diagonals from the upper left to the lower right; line x - y, place y.
-    pub(super) falling: Diagonal,
+    pub(super) falling: Woven,
     /// The diagonals from the upper right to the lower left; line x + y, place y.
-    pub(super) rising: Diagonal,
+    pub(super) rising: Woven,
 }
 
 impl Bitmaps {
@@ -40,24 +34,19 @@ impl Bitmaps {
         for y in 0..grid.height() {
             shift_up(grid.row(y as i32), free.line_mut(y as usize + 1));
         }
-        let (columns, to_turn) = straight(free.crossing(0));
+        let (columns, to_turn) = straight(&free.crossing(0));
         let [south, north] = to_turn.map(|lines| lines.crossing(0));
-        let (rows, [east, west]) = straight(free);
+        let (rows, [east, west]) = straight(&free);
         Self {
-            falling: diagonal(&rows.free, 1, [[&east, &south], [&west, &north]]),
-            rising: diagonal(&rows.free, -1, [[&west, &south], [&east, &north]]),
             rows,
             columns,
+            falling: diagonal(&free, 1, [[&east, &south], [&west, &north]]),
+            rising: diagonal(&free, -1, [[&west, &south], [&east, &north]]),
         }
     }
 
     pub(super) fn bytes(&self) -> usize {
-        let Self { rows, columns, falling, rising } = self;
-        let straight =
-            [rows, columns].into_iter().flat_map(|lines| [&lines.free].into_iter().chain(&lines.stops));
-        let diagonal =
-            [falling, rising].into_iter().flat_map(|lines| [&lines.walls].into_iter().chain(&lines.turns));
-        straight.chain(diagonal).map(Lines::bytes).sum()
+        [&self.rows, &self.columns, &self.falling, &self.rising].map(Woven::bytes).iter().sum()
     }
 }
 
@@ -79,7 +68,7 @@ fn neighbours(line: &[u64], index: usize) -> [u64; 2] {
 }
 
 /// Where straight jumps end, and from which cells they lead to a turn and not to a wall.
-fn straight(free: Lines) -> (Straight, [Lines; 2]) {
+fn straight(free: &Lines) -> (Woven, [Lines; 2]) {
     let mut stops = [free.clone(), free.clone()];
     let mut to_turn = [free.clone(), free.clone()];
     for number in 0..free.count() {
@@ -94,22 +83,22 @@ fn straight(free: Lines) -> (Straight, [Lines; 2]) {
                 *stop = !line[index] | opens[0] | opens[1];
             }
         }
-        let [forth, back] = &stops;
         let [to_turn_forth, to_turn_back] = &mut to_turn;
         let mut carry = 0;
         for (index, word) in to_turn_forth.line_mut(number).iter_mut().enumerate().rev() {
-            let [turn, pass] = turn_or_pass(forth.line(number), line, index, 1);
+            let [turn, pass] = turn_or_pass(stops[0].line(number), line, index, 1);
             *word = fill(turn.reverse_bits(), pass.reverse_bits(), carry).reverse_bits();
             carry = *word & 1;
         }
         carry = 0;
         for (index, word) in to_turn_back.line_mut(number).iter_mut().enumerate() {
-            let [turn, pass] = turn_or_pass(back.line(number), line, index, 0);
+            let [turn, pass] = turn_or_pass(stops[1].line(number), line, index, 0);
             *word = fill(turn, pass, carry);
             carry = *word >> 63;
         }
     }
-    (Straight { free, stops }, to_turn)
+    let [forth, back] = &stops;
+    (Woven::of([forth, back, free]), to_turn)
 }
 
 /// The cells next to which there is a turn, and those next to which a jump goes on.
@@ -131,7 +120,7 @@ const fn fill(mut seed: u64, mut pass: u64, carry: u64) -> u64 {
 }
 
 /// The cells from which a diagonal move down is allowed by `slant`: 1 to the right, -1 to the left.
-fn diagonal(free: &Lines, slant: isize, to_turn: [[&Lines; 2]; 2]) -> Diagonal {
+fn diagonal(free: &Lines, slant: isize, to_turn: [[&Lines; 2]; 2]) -> Woven {
     let mut open = Lines::new(free.count(), free.length());
     for number in 0..free.count() - 1 {
         let [upper, lower] = [number, number + 1].map(|number| free.line(number));
@@ -141,8 +130,6 @@ fn diagonal(free: &Lines, slant: isize, to_turn: [[&Lines; 2]; 2]) -> Diagonal {
             *open = upper[index] & lower[index] & beside;
         }
     }
-    Diagonal {
-        walls: open.crossing(slant).inverted(),
-        turns: to_turn.map(|[one, other]| one.joined(other).crossing(slant)),
-    }
+    let [down, up] = to_turn.map(|[one, other]| one.joined(other).crossing(slant));
+    Woven::of([&down, &up, &open.crossing(slant).inverted()])
 }

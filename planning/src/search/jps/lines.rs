@@ -25,10 +25,6 @@ impl Lines {
         self.length
     }
 
-    pub(super) const fn bytes(&self) -> usize {
-        self.bits.len() * 8
-    }
-
     /// What is set in either.
     pub(super) fn joined(&self, other: &Self) -> Self {
         let bits = self.bits.iter().zip(&other.bits).map(|(one, other)| one | other).collect();
@@ -41,6 +37,10 @@ impl Lines {
         self
     }
 
+    pub(super) fn words(&self) -> &[u64] {
+        &self.bits
+    }
+
     pub(super) fn line(&self, line: usize) -> &[u64] {
         &self.bits[line * self.words..(line + 1) * self.words]
     }
@@ -49,54 +49,9 @@ impl Lines {
         &mut self.bits[line * self.words..(line + 1) * self.words]
     }
 
-    #[inline]
+    #[cfg(test)]
     pub(super) fn bit(&self, line: usize, at: usize) -> bool {
-        self.bits[line * self.words + at / 64] >> (at % 64) & 1 != 0
-    }
-
-    /// The first bit that is set from `at` on; there must be one.
-    #[inline]
-    pub(super) fn next(&self, line: usize, at: usize) -> usize {
-        let line = line * self.words;
-        let mut index = at / 64;
-        let mut word = self.bits[line + index] & (u64::MAX << (at % 64));
-        while word == 0 {
-            index += 1;
-            word = self.bits[line + index];
-        }
-        index * 64 + word.trailing_zeros() as usize
-    }
-
-    /// The last bit that is set up to `at`; there must be one.
-    #[inline]
-    pub(super) fn previous(&self, line: usize, at: usize) -> usize {
-        let line = line * self.words;
-        let mut index = at / 64;
-        let mut word = self.bits[line + index] & (u64::MAX >> (63 - at % 64));
-        while word == 0 {
-            index -= 1;
-            word = self.bits[line + index];
-        }
-        index * 64 + 63 - word.leading_zeros() as usize
-    }
-
-    /// The bits that are set from `first` to `last`, by rising places.
-    #[inline]
-    pub(super) fn between(&self, line: usize, first: usize, last: usize) -> impl Iterator<Item = usize> {
-        let words = &self.bits[line * self.words + first / 64..=line * self.words + last / 64];
-        let (start, end) = (first % 64, last - first / 64 * 64);
-        words.iter().enumerate().flat_map(move |(index, &word)| {
-            let mut word = if index == 0 { word & (u64::MAX << start) } else { word };
-            let end = end - (index * 64).min(end);
-            if end < 63 && index + 1 == words.len() {
-                word &= u64::MAX >> (63 - end);
-            }
-            std::iter::from_fn(move || {
-                let bit = (word != 0).then(|| word.trailing_zeros() as usize)?;
-                word &= word - 1;
-                Some(first / 64 * 64 + index * 64 + bit)
-            })
-        })
+        self.line(line)[at / 64] >> (at % 64) & 1 != 0
     }
 
     /// The lines crossing these: cell `x` of line `y` becomes cell `y` of line `x - y * slant`, counted
@@ -153,13 +108,13 @@ fn transpose(square: &mut [u64; 64]) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use proptest::prelude::*;
 
     use super::*;
 
     prop_compose! {
-        fn lines()(count in 1usize..140, length in 1usize..140)(
+        pub(in super::super) fn lines()(count in 1usize..140, length in 1usize..140)(
             count in Just(count), length in Just(length),
             set in prop::collection::vec((0..count, 0..length), 1..60),
         ) -> Lines {
@@ -177,19 +132,6 @@ mod tests {
             for (y, x) in (0..lines.count()).flat_map(|y| (0..lines.length).map(move |x| (y, x))) {
                 let line = (x as isize - slant * y as isize).rem_euclid(lines.length as isize);
                 prop_assert_eq!(crossing.bit(line as usize, y), lines.bit(y, x));
-            }
-        }
-
-        #[test]
-        fn what_is_set_is_found(lines in lines(), line in any::<prop::sample::Index>(), ends in any::<[prop::sample::Index; 2]>()) {
-            let line = line.index(lines.count());
-            let mut ends = ends.map(|end| end.index(lines.length));
-            ends.sort_unstable();
-            let [first, last] = ends;
-            let set: Vec<_> = (first..=last).filter(|&at| lines.bit(line, at)).collect();
-            prop_assert_eq!(lines.between(line, first, last).collect::<Vec<_>>(), set.clone());
-            if let (Some(&next), Some(&previous)) = (set.first(), set.last()) {
-                prop_assert_eq!((lines.next(line, first), lines.previous(line, last)), (next, previous));
             }
         }
     }
