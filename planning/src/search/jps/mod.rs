@@ -228,16 +228,16 @@ impl Query<'_> {
     fn leave(&mut self, node: Place, cost: Cost, ways: Ways) {
         let leaves = |way: usize| ways >> way & 1 != 0;
         if leaves(EAST) {
-            self.straight::<EAST>(node, node, cost);
+            self.straight::<EAST>(node, cost);
         }
         if leaves(WEST) {
-            self.straight::<WEST>(node, node, cost);
+            self.straight::<WEST>(node, cost);
         }
         if leaves(SOUTH) {
-            self.straight::<SOUTH>(node, node, cost);
+            self.straight::<SOUTH>(node, cost);
         }
         if leaves(NORTH) {
-            self.straight::<NORTH>(node, node, cost);
+            self.straight::<NORTH>(node, cost);
         }
         if leaves(4) {
             self.diagonal::<EAST, SOUTH>(node, cost);
@@ -253,14 +253,21 @@ impl Query<'_> {
         }
     }
 
-    /// Jumps from `from`, which is on a diagonal from `node`, straight to the next turn or the goal.
-    #[inline]
-    fn straight<const WAY: usize>(&mut self, node: Place, from: Place, cost: Cost) {
-        let (line, at, stop) = self.stop::<WAY>(from);
+    /// Jumps from a node straight to the next turn or the goal.
+    fn straight<const WAY: usize>(&mut self, node: Place, cost: Cost) {
+        let (line, at, stop) = self.stop::<WAY>(node);
         let (goal_line, goal_at) = along::<WAY>(self.goal);
-        if line == goal_line && goal_at.abs_diff(at) <= stop.abs_diff(at) && (goal_at < at) == (stop < at) {
+        let (low, high) = (at.min(stop), at.max(stop));
+        if line == goal_line && (low..=high).contains(&goal_at) {
             self.arrive(node, cost + goal_at.abs_diff(at) as Cost * STRAIGHT_COST);
         }
+        self.turn::<WAY>(node, node, cost);
+    }
+
+    /// Jumps from `from`, which is on a diagonal from `node`, straight to the next turn.
+    #[inline]
+    fn turn<const WAY: usize>(&mut self, node: Place, from: Place, cost: Cost) {
+        let (line, at, stop) = self.stop::<WAY>(from);
         if lines::<WAY>(self.bitmaps).bit(FREE, line, stop) {
             let turn = match WAY {
                 EAST | WEST => Place { x: stop as u16, ..from },
@@ -304,8 +311,8 @@ impl Query<'_> {
             let from =
                 Place { x: if COLUMNS == EAST { x + steps } else { x - steps } as u16, y: turn as u16 };
             let cost = cost + steps as Cost * DIAGONAL_COST;
-            self.straight::<COLUMNS>(node, from, cost);
-            self.straight::<ROWS>(node, from, cost);
+            self.turn::<COLUMNS>(node, from, cost);
+            self.turn::<ROWS>(node, from, cost);
         });
     }
 
@@ -345,22 +352,25 @@ impl Query<'_> {
     #[inline]
     fn reach<const WAY: usize>(&mut self, parent: Place, place: Place, cost: Cost) {
         let (index, round) = (self.index(place), self.workspace.round);
+        let node = &self.workspace.nodes[index];
+        let is_known = node.round == round;
+        let ways = 1 << WAY;
+        if is_known && (cost > node.cost || cost == node.cost && node.ways & ways != 0) {
+            return;
+        }
         let sum = cost + self.estimate(place);
         if sum >= self.bound {
             return;
         }
         let node = &mut self.workspace.nodes[index];
-        let ways = 1 << WAY;
-        if node.round != round || cost < node.cost {
-            *node = Node { cost, parent, round, ways, expanded: 0 };
-        } else if cost == node.cost && node.ways & ways == 0 {
+        if is_known && cost == node.cost {
             let is_open = node.ways != node.expanded;
             node.ways |= ways;
             if is_open {
                 return;
             }
         } else {
-            return;
+            *node = Node { cost, parent, round, ways, expanded: 0 };
         }
         self.workspace.open.push(sum, Cell { x: place.x.into(), y: place.y.into() });
     }
