@@ -94,7 +94,7 @@ mod tests {
             let line = line.index(lines.count());
             let empty = Lines::new(lines.count(), lines.length());
             let woven = Woven::of([&empty, &lines, &empty]);
-            let mut ends = ends.map(|end| end.index(lines.length));
+            let mut ends = ends.map(|end| end.index(lines.length()));
             ends.sort_unstable();
             let [first, last] = ends;
             let set: Vec<_> = (first..=last).filter(|&at| woven.bit(1, line, at)).collect();
