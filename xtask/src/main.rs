@@ -67,7 +67,7 @@ enum Task {
         #[command(subcommand)]
         what: Bench,
     },
-    /// Feeds deframer, decoder, readers and store what a fuzzer makes up.
+    /// Feeds deframer, decoder, readers, maps and store what a fuzzer makes up.
     Fuzz {
         /// How long each target is fed, in seconds.
         #[arg(long, value_name = "S", default_value_t = 60)]
