@@ -53,7 +53,7 @@ fn allocations<P: Planner>(planner: &P, cells: &[Cell]) -> usize {
 
 #[test]
 fn no_search_allocates_after_its_first_queries() {
-    let grid: Grid = read_map(include_str!("data/arena2.map")).unwrap();
+    let grid: Grid = read_map(include_str!("data/bench/arena2.map")).unwrap();
     let mut workspace = Default::default();
     let start = grid.free_cells().nth(grid.len() / 4).unwrap();
     let ways = Dijkstra::new(&grid, MoveSet::Eight).ways(start, &[], &mut workspace).unwrap();
