@@ -135,21 +135,29 @@ impl Workspace {
 
     /// The moves from `cell` back to the start, each as it was made.
     pub(super) fn steps_back<'a>(&'a self, grid: &'a Grid, cell: Cell) -> impl Iterator<Item = Step> + 'a {
-        let mut here = cell;
-        std::iter::from_fn(move || {
-            let node = self.nodes.get(grid.index(here)?).filter(|node| node.round == self.round)?;
-            let &step = MoveSet::Sixteen.steps().get(usize::from(node.reached_by))?;
-            here = here.offset(-step.0, -step.1);
-            Some(step)
-        })
+        steps_back(&self.nodes, self.round, grid, cell)
     }
 
     /// Puts the way from the start to `to` into [`Self::path`].
     pub(super) fn trace(&mut self, grid: &Grid, to: Cell) {
-        let mut path = std::mem::take(&mut self.path);
+        let Self { nodes, round, path, .. } = self;
         path.restart(to);
-        self.steps_back(grid, to).for_each(|(dx, dy)| path.step((-dx, -dy)));
+        steps_back(nodes, *round, grid, to).for_each(|(dx, dy)| path.step((-dx, -dy)));
         path.reverse();
-        self.path = path;
     }
+}
+
+fn steps_back<'a>(
+    nodes: &'a [Node],
+    round: u32,
+    grid: &'a Grid,
+    cell: Cell,
+) -> impl Iterator<Item = Step> + 'a {
+    let mut here = cell;
+    std::iter::from_fn(move || {
+        let node = nodes.get(grid.index(here)?).filter(|node| node.round == round)?;
+        let &step = MoveSet::Sixteen.steps().get(usize::from(node.reached_by))?;
+        here = here.offset(-step.0, -step.1);
+        Some(step)
+    })
 }
