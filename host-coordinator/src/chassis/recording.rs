@@ -179,6 +179,13 @@ impl Speeds {
     /// # Errors
     /// [`RecordingError`] says what is wrong with it.
     pub fn read(bytes: &[u8]) -> Result<Self, RecordingError> {
+        // mcap 0.26 subtracts without a check where a record in a chunk claims to be longer than the
+        // chunk, and panics where overflows are checked.
+        let read = std::panic::catch_unwind(|| Self::read_records(bytes));
+        read.unwrap_or(Err(RecordingError::Read(McapError::UnexpectedEof)))
+    }
+
+    fn read_records(bytes: &[u8]) -> Result<Self, RecordingError> {
         let mut found: [Vec<(u64, Twist)>; 3] = Default::default();
         let [commanded, ramped, measured] = &mut found;
         for message in MessageStream::new(bytes).map_err(RecordingError::Read)? {

@@ -1,9 +1,9 @@
 //! Any start to any goal in microseconds, through an index of the map.
 //!
-//! The index holds the [`subgoals`] of the map as a graph, a [`hierarchy`] on it and the hub
-//! [`labels`] of its nodes. A query asks whether the goal can be seen, else which subgoals start and
+//! The index holds the `subgoals` of the map as a graph, a `hierarchy` on it and the hub
+//! `labels` of its nodes. A query asks whether the goal can be seen, else which subgoals start and
 //! goal see, and compares their labels: no search. Where so much stands around that the hierarchy
-//! stops early (random clutter), labels end at its [`core`], through which A* with landmarks
+//! stops early (random clutter), labels end at its `core`, through which A* with landmarks
 //! searches the rest of the way. It is one structure for all maps: the core of an office is empty,
 //! and in the densest clutter it is all there is.
 //!

@@ -3,7 +3,7 @@
 //! Of all shortest paths only those are followed that go diagonally first and turn where a wall makes
 //! them. So nodes are the few cells where a straight run passes the end of a wall beside it, and a move
 //! is a whole jump: some diagonal moves, then some straight ones to the next such cell. Where jumps end
-//! is kept as [`bitmaps`] along rows, columns and both diagonals, so that a jump over 64 cells, straight
+//! is kept as `bitmaps` along rows, columns and both diagonals, so that a jump over 64 cells, straight
 //! or diagonal, costs a few operations on a word, and a diagonal stops only where a straight jump from it
 //! leads somewhere. They take 12 bits a cell and are made in a fraction of a millisecond.
 
