@@ -1,7 +1,7 @@
 //! Access Tables 1 to 5, Figs. 2 and 6 and Experiments 1 to 4.
 //!
-//! Experiments 1 and 2 run on a map that is drawn to the text ([`depot`]), 3 and 4 on the map of
-//! `sites/access-fig3` ([`stations`]), whose README says how far to trust it. Table 2 holds symbols only.
+//! Experiments 1 and 2 run on a map that is drawn to the text (`depot`), 3 and 4 on the map of
+//! `sites/access-fig3` (`stations`), whose README says how far to trust it. Table 2 holds symbols only.
 
 mod depot;
 mod published;

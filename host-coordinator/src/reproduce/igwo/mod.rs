@@ -1,7 +1,7 @@
 //! IGWO's comparisons: Tables I to X and Figs. 3, 4 and 11 to 17.
 //!
 //! Tables and maps are missing from the text at hand, which prints what changes from one planner to another. So what is measured on a lost map stands as not comparable, and its ratio, or which of two is
-//! better, is compared on our own maps ([`places`]). All is computed from 20 seeds.
+//! better, is compared on our own maps (`places`). All is computed from 20 seeds.
 
 mod figures;
 mod matters;

@@ -1,7 +1,7 @@
 //! Mecanum Tables I to IV, and the drive that III.C.2 is about.
 //!
 //! The paper's maps are lost with its figures, its times hold a delay for each node, and its lengths an
-//! unknown unit. So its numbers stand beside medians over maps drawn to the text ([`maps`]), not
+//! unknown unit. So its numbers stand beside medians over maps drawn to the text (`maps`), not
 //! compared; what is compared is what must hold on any map: what the text says of the numbers, and
 //! whether the printed ratios are those of the printed numbers.
 

@@ -1,5 +1,5 @@
-//! Figures as PNG and SVG files: the layout, the legend and the pens; [`chart`] draws curves and bars,
-//! [`map`] paths on maps.
+//! Figures as PNG and SVG files: the layout, the legend and the pens; `chart` draws curves and bars,
+//! `map` paths on maps.
 
 mod chart;
 mod map;
