@@ -58,6 +58,8 @@ pub struct Assignment {
     of_column: Vec<usize>,
     /// Rows that got no partner by bidding.
     left: Vec<usize>,
+    /// The reduced costs of the row that bids.
+    reduced: Vec<f64>,
     search: Search,
 }
 
@@ -137,6 +139,7 @@ impl Assignment {
         self.costs[rows * stride..][..=columns].fill(0.0);
         refill(&mut self.row_prices, rows + 1, 0.0);
         refill(&mut self.column_prices, stride, 0.0);
+        refill(&mut self.reduced, stride, 0.0);
         refill(&mut self.of_row, rows, columns);
         refill(&mut self.of_column, columns, rows);
     }
@@ -187,6 +190,7 @@ impl Assignment {
     }
 }
 
+#[inline]
 fn value(cost: Option<PairCost>) -> f64 {
     cost.map_or(f64::INFINITY, f64::from)
 }

@@ -6,11 +6,11 @@
 
 use super::{
     Assignment, LANES,
-    search::{least, lesser},
+    search::{self, least, lesser},
 };
 
 /// So many bids a row, on average; whoever has no column then gets one by an augmenting path.
-const BIDS: usize = 4;
+const BIDS: usize = 2;
 
 impl Assignment {
     /// Finds partners for all rows, none of which has one.
@@ -37,11 +37,15 @@ impl Assignment {
     }
 
     fn bid(&mut self, row: usize) -> Bid {
-        let (first, second) = two_least(self.row(row), &self.column_prices);
-        let (costs, prices) = (self.row(row), &self.column_prices);
-        let mut ties = (0..=self.columns).filter(|&column| costs[column] - prices[column] == first);
-        let is_free = |&column: &usize| self.of_column.get(column).is_none_or(|&row| row == self.rows);
-        let best = if second > first { ties.next() } else { ties.find(is_free) };
+        let stride = self.stride();
+        let costs = &self.costs[row * stride..][..stride];
+        let (first, second) = two_least(costs, &self.column_prices, &mut self.reduced);
+        let is_free = |column: usize| self.of_column.get(column).is_none_or(|&row| row == self.rows);
+        let best = if second > first {
+            search::first(&self.reduced, first)
+        } else {
+            (0..=self.columns).find(|&column| self.reduced[column] == first && is_free(column))
+        };
         let Some(best) = best else { return Bid::Tied };
         if best == self.columns {
             // The idle node takes everybody: nobody is outbid and its price stays 0.
@@ -68,13 +72,15 @@ enum Bid {
     Tied,
 }
 
-/// The two least reduced costs of a row whose price is 0.
-fn two_least(costs: &[f64], prices: &[f64]) -> (f64, f64) {
+/// The two least reduced costs of a row whose price is 0; all of them go into `reduced`.
+fn two_least(costs: &[f64], prices: &[f64], reduced: &mut [f64]) -> (f64, f64) {
     let mut firsts = [f64::INFINITY; LANES];
     let mut seconds = [f64::INFINITY; LANES];
-    for (costs, prices) in costs.chunks_exact(LANES).zip(prices.chunks_exact(LANES)) {
+    let lanes = costs.chunks_exact(LANES).zip(prices.chunks_exact(LANES));
+    for ((costs, prices), reduced) in lanes.zip(reduced.chunks_exact_mut(LANES)) {
         for lane in 0..LANES {
             let cost = costs[lane] - prices[lane];
+            reduced[lane] = cost;
             let loser = if cost < firsts[lane] { firsts[lane] } else { cost };
             seconds[lane] = lesser(loser, seconds[lane]);
             firsts[lane] = lesser(cost, firsts[lane]);

@@ -73,6 +73,14 @@ pub(super) fn least(costs: &[f64], prices: &[f64]) -> f64 {
     least.into_iter().fold(f64::INFINITY, lesser)
 }
 
+/// The place of the first of some values that is `value`.
+pub(super) fn first(values: &[f64], value: f64) -> Option<usize> {
+    // All of a chunk at once, and only then which.
+    let has = |values: &&[f64]| values.iter().fold(false, |any, &found| any | (found == value));
+    let (chunk, values) = values.chunks_exact(LANES).enumerate().find(|(_, values)| has(values))?;
+    Some(chunk * LANES + values.iter().position(|&found| found == value)?)
+}
+
 impl Assignment {
     /// Finds partners for a row and a column that have none, by one shortest path from the one to the
     /// other; either may be the idle node.
@@ -92,7 +100,8 @@ impl Assignment {
             if self.search.distances[target] <= least {
                 return (target, least);
             }
-            let column = self.nearest(least, target == idle);
+            // There always is one: every row reaches the idle node, and that reaches every column.
+            let Some(column) = first(&self.search.distances, least) else { return (target, least) };
             let partner = self.of_column.get(column).copied();
             if target == idle && partner == Some(self.rows) {
                 return (column, least);
@@ -112,18 +121,6 @@ impl Assignment {
                 None => self.reach_idle(source, distance),
             };
         }
-    }
-
-    /// A column at distance `least`, rather one without partner if that ends the search.
-    fn nearest(&self, least: f64, rather_free: bool) -> usize {
-        let at_least = |&(column, &distance): &(usize, &f64)| {
-            distance == least && (!rather_free || self.of_column.get(column) == Some(&self.rows))
-        };
-        let distances = || self.search.distances.iter().enumerate();
-        let free = if rather_free { distances().find(at_least) } else { None };
-        let found = free.or_else(|| distances().find(|&(_, &distance)| distance == least));
-        // There always is one: every row reaches the idle node, and that reaches every column.
-        found.map_or(self.columns, |(column, _)| column)
     }
 
     fn scan(&mut self, row: usize, distance: f64) -> f64 {
