@@ -14,6 +14,7 @@ use rand_pcg::Pcg64Mcg;
 use serde::Serialize;
 
 use crate::clock::Clock;
+use crate::doors::{self, DoorsReport};
 use crate::maps::Map;
 use crate::statistics::{Summary, median};
 
@@ -40,6 +41,8 @@ pub struct KnownReport {
     pub bytes_a_pile: usize,
     /// Everything: all fields, the map, the list of piles.
     pub bytes: usize,
+    /// Doors that close, where the map has any.
+    pub doors: Option<DoorsReport>,
 }
 
 /// Measures 13 piles, with the starts of the map's queries.
@@ -70,6 +73,7 @@ pub fn measure(map: &Map) -> KnownReport {
         build_ns: median(&micros) * 1e3 / cells,
         bytes_a_pile: (bytes.distances + bytes.runs) / piles.len().max(1),
         bytes: bytes.total(),
+        doors: doors::measure(&mut fields),
     }
 }
 

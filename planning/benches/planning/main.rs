@@ -2,7 +2,8 @@
 //! whether every length is the optimal one.
 //!
 //! [`maps`] reads what is planned on, [`contestants`] are the planners, ours and others, [`queries`] runs
-//! and times them, [`check`] runs all queries for their lengths only. [`known`] measures fields, [`mod@assignment`]
+//! and times them, [`check`] runs all queries for their lengths only. [`known`] measures fields, [`doors`]
+//! repairs them, [`mod@assignment`]
 //! what its name says, [`tick`] both together. [`clock`] tells what things take.
 //! [`figures`] are the numbers to reach, [`report`] prints.
 //!
@@ -12,6 +13,7 @@ mod assignment;
 mod check;
 mod clock;
 mod contestants;
+mod doors;
 mod figures;
 mod known;
 mod maps;

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::Failure;
 use crate::assignment::AssignmentReport;
+use crate::doors::DoorsReport;
 use crate::figures::Figure;
 use crate::known::KnownReport;
 use crate::queries::METHOD;
@@ -113,7 +114,7 @@ impl MapReport {
 
 impl KnownReport {
     fn print(&self) {
-        let Self { piles, length, walk, nearest, off, build_ns, bytes_a_pile, bytes } = self;
+        let Self { piles, length, walk, nearest, off, build_ns, bytes_a_pile, bytes, doors } = self;
         println!("  {piles} known piles, {off} answers off");
         print_micros("length of a way", length);
         print_micros("way with waypoints", walk);
@@ -123,6 +124,11 @@ impl KnownReport {
             bytes_a_pile.div_ceil(1024),
             bytes.div_ceil(1024)
         );
+        if let Some(DoorsReport { doors, close, slowest_close, open, rebuild }) = doors {
+            print_micros(&format!("one of {doors} doors closes"), close);
+            print_micros("and opens again", open);
+            println!("  the slowest door {slowest_close:.0} us; all fields built anew {rebuild:.0} us");
+        }
     }
 }
 
