@@ -67,12 +67,11 @@ fn one(map: &Map, entry: &Entry) -> Vec<String> {
 /// What is wrong with a planner's answer to a query, if anything.
 pub fn complaint(contestant: &mut dyn Contestant, grid: &Grid, query: &Query) -> Option<String> {
     let Query { from, to, optimal, .. } = query;
-    let Some(answer) = contestant.plan(*from, *to) else {
+    let Some((answer, walkable)) = contestant.plan_and_walk(grid, *from, *to) else {
         return Some(format!("{from} to {to}: no path, {optimal} expected"));
     };
     if (answer.length - optimal).abs() > TOLERANCE {
         return Some(format!("{from} to {to}: {} long, {optimal} expected", answer.length));
     }
-    let walkable = contestant.is_walkable(grid, *from, *to);
     (!walkable).then(|| format!("{from} to {to}: the path leads through a wall or elsewhere"))
 }

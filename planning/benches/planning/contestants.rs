@@ -6,7 +6,7 @@ use planning::{
     grid::{Cell, Grid},
     indexed::Index,
     moves::{self, Length, MoveSet},
-    search::{AStar, Dijkstra, Planner, jps::Jps},
+    search::{AStar, Dijkstra, Plan, Planner, jps::Jps},
 };
 
 /// Anything that plans, ready for queries.
@@ -14,9 +14,9 @@ pub trait Contestant {
     /// Plans; `None` if there is no path.
     fn plan(&mut self, from: Cell, to: Cell) -> Option<Answer>;
 
-    /// Whether the path it finds leads from start to goal by allowed moves. Only asked of ours.
-    fn is_walkable(&mut self, _grid: &Grid, _from: Cell, _to: Cell) -> bool {
-        true
+    /// Plans and looks whether the path leads from start to goal by allowed moves; of peers that is believed.
+    fn plan_and_walk(&mut self, _grid: &Grid, from: Cell, to: Cell) -> Option<(Answer, bool)> {
+        Some((self.plan(from, to)?, true))
     }
 
     /// What it keeps of the map, in bytes, as far as it tells.
@@ -114,10 +114,10 @@ impl<P: Planner> Contestant for Ours<P> {
         Some(Answer { length: plan.path.length().units(), expanded: Some(plan.expanded) })
     }
 
-    fn is_walkable(&mut self, grid: &Grid, from: Cell, to: Cell) -> bool {
-        self.planner.plan(from, to, &mut self.workspace).is_ok_and(|plan| {
-            (plan.path.start(), plan.path.end()) == (from, to) && plan.path.is_walkable(grid, MoveSet::Eight)
-        })
+    fn plan_and_walk(&mut self, grid: &Grid, from: Cell, to: Cell) -> Option<(Answer, bool)> {
+        let Plan { path, expanded } = self.planner.plan(from, to, &mut self.workspace).ok()?;
+        let leads = (path.start(), path.end()) == (from, to) && path.is_walkable(grid, MoveSet::Eight);
+        Some((Answer { length: path.length().units(), expanded: Some(expanded) }, leads))
     }
 
     fn bytes(&self) -> Option<usize> {

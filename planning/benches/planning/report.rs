@@ -124,8 +124,9 @@ impl KnownReport {
             bytes_a_pile.div_ceil(1024),
             bytes.div_ceil(1024)
         );
-        if let Some(DoorsReport { doors, close, slowest_close, open, rebuild }) = doors {
-            print_micros(&format!("one of {doors} doors closes"), close);
+        if let Some(DoorsReport { doors, narrow, close, slowest_close, open, rebuild }) = doors {
+            print_micros(&format!("the middle of one of {doors} doors is blocked"), narrow);
+            print_micros("one of them closes", close);
             print_micros("and opens again", open);
             println!("  the slowest door {slowest_close:.0} us; all fields built anew {rebuild:.0} us");
         }
