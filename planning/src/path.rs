@@ -29,6 +29,11 @@ impl Path {
         self
     }
 
+    /// A path that was taken apart by [`Self::waypoints`] and [`Self::length`].
+    pub(crate) const fn from_parts(waypoints: Vec<Cell>, length: Length) -> Self {
+        Self { waypoints, length }
+    }
+
     /// Starts anew at `cell`, in the same memory.
     pub(crate) fn restart(&mut self, cell: Cell) {
         self.waypoints.clear();
@@ -43,17 +48,16 @@ impl Path {
         &mut self.waypoints
     }
 
-    /// Goes on by a path of that length whose waypoints these are; the first is where this one ends.
-    pub(crate) fn append(&mut self, waypoints: impl IntoIterator<Item = Cell>, length: Length) {
-        let mut waypoints = waypoints.into_iter().skip(1);
-        let Some(next) = waypoints.next() else { return };
-        match *self.waypoints.as_mut_slice() {
-            [.., before, ref mut last] if single_step(before, *last) == single_step(*last, next) => {
-                *last = next
-            }
-            _ => self.waypoints.push(next),
+    /// Goes on by a path of that length with these waypoints; the first is where this one ends.
+    #[inline]
+    pub(crate) fn append(&mut self, waypoints: &[Cell], length: Length) {
+        let [_, rest @ ..] = waypoints else { return };
+        if let ([.., before, last], [next, ..]) = (self.waypoints.as_slice(), rest)
+            && is_straight_on(*before, *last, *next)
+        {
+            self.waypoints.pop();
         }
-        self.waypoints.extend(waypoints);
+        self.waypoints.extend_from_slice(rest);
         self.length = self.length + length;
     }
 
@@ -177,6 +181,13 @@ const fn run(from: Cell, to: Cell) -> (u32, Step) {
     let (long, short) = if columns > rows { (columns, rows) } else { (rows, columns) };
     let count = if short == 0 { long } else { short };
     if count == 0 { (0, (0, 0)) } else { (count, (dx / count as i32, dy / count as i32)) }
+}
+
+/// Whether a robot that comes from `before` to `last` goes on to `next` in the same direction.
+const fn is_straight_on(before: Cell, last: Cell, next: Cell) -> bool {
+    let (x, y) = ((last.x - before.x) as i64, (last.y - before.y) as i64);
+    let (next_x, next_y) = ((next.x - last.x) as i64, (next.y - last.y) as i64);
+    x * next_y == y * next_x && x * next_x + y * next_y > 0
 }
 
 fn single_step(from: Cell, to: Cell) -> Option<Step> {

@@ -4,7 +4,7 @@
 
 use planning::{
     grid::{Cell, Grid},
-    memory::Fields,
+    memory::{Fields, FileError, Memory},
     moves::MoveSet,
     path::Path,
     search::{Dijkstra, Planner, SearchError, Workspace},
@@ -87,6 +87,104 @@ proptest! {
             prop_assert!(fields == fresh, "a move or run differs; {repaired:?}");
         }
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn fields_are_read_from_bytes_as_they_were_and_go_on_to_change(
+        grid in maps(), moves in move_sets(), targets in prop::collection::vec(any::<Index>(), 0..5),
+        changes in prop::collection::vec((any::<Index>(), any::<bool>()), 1..6), unaligned in any::<bool>(),
+    ) {
+        let targets: Vec<Cell> = targets.into_iter().map(|target| grid.cell(target.index(grid.len()))).collect();
+        let mut built = Fields::build(grid.clone(), moves, &targets);
+        let mut read = Fields::open(grid.clone(), moves, &targets, kept(built.to_bytes(), unaligned)).unwrap();
+        prop_assert!(read == built && read.clone() == built);
+        let changes: Vec<_> = changes.into_iter().map(|(cell, free)| (grid.cell(cell.index(grid.len())), free)).collect();
+        read.change(changes.clone());
+        built.change(changes);
+        prop_assert!(read == built);
+        prop_assert_eq!(read.to_bytes(), built.to_bytes());
+    }
+
+    #[test]
+    fn bytes_that_were_cut_off_or_changed_are_refused(
+        grid in maps(), moves in move_sets(), targets in prop::collection::vec(any::<Index>(), 0..3),
+        at in any::<Index>(), bit in 0u32..8, unaligned in any::<bool>(),
+    ) {
+        let targets: Vec<Cell> = targets.into_iter().map(|target| grid.cell(target.index(grid.len()))).collect();
+        let bytes = Fields::build(grid.clone(), moves, &targets).to_bytes();
+        let open = |bytes| Fields::open(grid.clone(), moves, &targets, kept(bytes, unaligned));
+        let mut cut = bytes.clone();
+        cut.truncate(at.index(bytes.len()));
+        let is_short = matches!(open(cut), Err(FileError::Foreign | FileError::Length { .. }));
+        prop_assert!(is_short);
+        let mut longer = bytes.clone();
+        longer.push(0);
+        let is_long = matches!(open(longer), Err(FileError::Length { .. }));
+        prop_assert!(is_long);
+        let mut flipped = bytes.clone();
+        flipped[at.index(bytes.len())] ^= 1 << bit;
+        prop_assert!(open(flipped).is_err());
+    }
+
+    #[test]
+    fn no_bytes_make_the_reader_panic(
+        grid in maps(), moves in move_sets(), mut bytes in prop::collection::vec(any::<u8>(), 0..300),
+        like in any::<bool>(),
+    ) {
+        if like {
+            let header = Fields::build(grid.clone(), moves, &[]).to_bytes();
+            bytes.iter_mut().zip(header).take(56).for_each(|(to, from)| *to = from);
+        }
+        prop_assert!(Fields::open(grid, moves, &[], Box::new(bytes)).is_err());
+    }
+}
+
+/// Bytes in memory, at an address that suits the tables or does not.
+fn kept(bytes: Vec<u8>, unaligned: bool) -> Box<dyn Memory> {
+    struct Shifted(Vec<u8>, usize);
+    impl AsRef<[u8]> for Shifted {
+        fn as_ref(&self) -> &[u8] {
+            &self.0[self.1..]
+        }
+    }
+    impl AsMut<[u8]> for Shifted {
+        fn as_mut(&mut self) -> &mut [u8] {
+            &mut self.0[self.1..]
+        }
+    }
+    let mut memory = vec![0; bytes.len() + 8];
+    let shift = memory.as_ptr().align_offset(8) + usize::from(unaligned);
+    memory.truncate(bytes.len() + shift);
+    memory[shift..].copy_from_slice(&bytes);
+    Box::new(Shifted(memory, shift))
+}
+
+#[test]
+fn fields_of_another_map_other_targets_moves_or_version_are_told_apart() {
+    let map = |cells| planning::formats::movingai::read_map(&format!("type octile\nheight 1\nwidth 5\nmap\n{cells}\n")).unwrap();
+    let (grid, target) = (map("..@.."), [Cell { x: 1, y: 0 }]);
+    let bytes = Fields::build(grid.clone(), MoveSet::Eight, &target).to_bytes();
+    let error = |grid: &Grid, moves, targets: &[Cell], bytes: &[u8]| {
+        Fields::open(grid.clone(), moves, targets, Box::new(bytes.to_vec())).err().map(|error| error.to_string())
+    };
+    assert_eq!(error(&grid, MoveSet::Eight, &target, &bytes), None);
+    let others = |what| Some(format!("fields of {what} than asked for: build them again"));
+    assert_eq!(error(&map("....."), MoveSet::Eight, &target, &bytes), others("another map"));
+    assert_eq!(error(&Grid::blocked(5, 2).unwrap(), MoveSet::Eight, &target, &bytes), others("another map"));
+    assert_eq!(error(&grid, MoveSet::Sixteen, &target, &bytes), others("other moves"));
+    assert_eq!(error(&grid, MoveSet::Eight, &[Cell { x: 0, y: 0 }], &bytes), others("other targets"));
+    assert_eq!(error(&grid, MoveSet::Eight, &[], &bytes), others("other targets"));
+    let mut newer = bytes.clone();
+    newer[8] = 2;
+    let expected = "fields of version 2: expected 1; build them again";
+    assert_eq!(error(&grid, MoveSet::Eight, &target, &newer).unwrap(), expected);
+    let mut swapped = bytes.clone();
+    swapped[16..24].reverse();
+    assert!(error(&grid, MoveSet::Eight, &target, &swapped).unwrap().contains("another order of bytes"));
+    assert!(error(&grid, MoveSet::Eight, &target, b"SQLite format 3").unwrap().contains("no fields"));
 }
 
 #[test]

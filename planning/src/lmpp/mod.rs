@@ -13,10 +13,10 @@ mod chains;
 
 use std::collections::BTreeSet;
 
-use self::chains::{Chains, Next};
+use self::chains::Chains;
 use crate::{
     grid::{Cell, Grid},
-    memory::{Banks, Direction, DoorSets, Fields, Target},
+    memory::{Banks, DoorSets, Fields, FileError, Memory, Target},
     moves::{self, Length, MoveSet, Step},
     path::Path,
     rooms::{DoorId, Rooms, SubareaId},
@@ -70,6 +70,23 @@ impl Lmpp {
     ) -> Self {
         let fields = Fields::build(grid, moves, &places(&rooms, &targets));
         Self::over(fields, rooms, targets, sets)
+    }
+
+    /// As [`Self::new`], with the fields in the bytes of a file that [`Fields::to_bytes`] gave of another
+    /// `Lmpp` with all doors open.
+    ///
+    /// # Errors
+    /// [`FileError`] if they are damaged, or the fields of something else.
+    pub fn restore(
+        grid: Grid,
+        moves: MoveSet,
+        rooms: Rooms,
+        targets: Vec<Target>,
+        bytes: Box<dyn Memory>,
+    ) -> Result<Self, FileError> {
+        let fields = Fields::open(grid, moves, &places(&rooms, &targets), bytes)?;
+        let sets = DoorSets::of(&rooms);
+        Ok(Self::over(fields, rooms, targets, sets))
     }
 
     /// The memory over fields of an open site's [`places`].
@@ -191,7 +208,7 @@ impl Lmpp {
         let is_way = self.fields.walk(from.offset(step.0, step.1), field, &mut rest);
         path.restart(from);
         path.step(step);
-        path.append(rest.waypoints().iter().copied(), rest.length());
+        path.append(rest.waypoints(), rest.length());
         is_way
     }
 }
@@ -232,7 +249,7 @@ impl Survey<'_> {
         }
         let exits = lmpp.exits.get(usize::from(own?.0))?;
         let ways = exits.iter().filter_map(|&exit| {
-            let rest = lmpp.chains.get(exit, target)?.length;
+            let rest = lmpp.chains.length(exit, target)?;
             Some((lmpp.length(from, exit)? + rest, doors.get(exit)?.id, exit))
         });
         ways.min().map(|(length, _, exit)| Way { length, first: Some(exit) })
@@ -263,34 +280,23 @@ impl Survey<'_> {
     /// The path to a target; `None` if no chain of open doors leads there.
     #[must_use]
     pub fn route_to(&self, target: u16) -> Option<Route> {
-        let mut route = Route { path: Path::default(), doors: Vec::new() };
-        let Route { path, doors } = &mut route;
-        self.recall(self.place_of(target)?, path, |door| doors.push(door)).then_some(route)
+        let mut path = Path::default();
+        let doors = self.recall(self.place_of(target)?, &mut path)?.to_vec();
+        Some(Route { path, doors })
     }
 
-    /// Puts the path to a target into `path` and names the doors it passes; whether there is one.
-    fn recall(&self, target: usize, path: &mut Path, mut pass: impl FnMut(DoorId)) -> bool {
+    /// Puts the path to a target into `path` and returns the doors that it passes; `None` if no chain of
+    /// open doors leads there.
+    fn recall(&self, target: usize, path: &mut Path) -> Option<&[DoorId]> {
         let Self { lmpp, from, .. } = *self;
-        let doors = lmpp.rooms.doors();
-        let Some(way) = self.way_to(target) else { return false };
-        let Some(mut here) = way.first else { return lmpp.walk(from, doors.len() + target, path) };
-        if !lmpp.walk(from, here, path) {
-            return false;
+        let Some(first) = self.way_to(target)?.first else {
+            let field = lmpp.rooms.doors().len() + target;
+            return lmpp.walk(from, field, path).then_some(&[]);
+        };
+        if !lmpp.walk(from, first, path) {
+            return None;
         }
-        while let (Some(door), Some(chain)) = (doors.get(here), lmpp.chains.get(here, target)) {
-            pass(door.id);
-            match chain.next {
-                Next::Target(leg) => {
-                    lmpp.banks.recall_onto(leg, Direction::Forth, path);
-                    return true;
-                }
-                Next::Door(next, leg, direction) => {
-                    lmpp.banks.recall_onto(leg, direction, path);
-                    here = next;
-                }
-            }
-        }
-        false
+        Some(lmpp.chains.recall_onto(first, target, path))
     }
 }
 
@@ -304,10 +310,8 @@ impl Planner for Lmpp {
         let survey = self.survey(from)?;
         free_index(&self.grid, to)?;
         let target = self.targets.iter().position(|target| target.cell == to);
-        if survey.recall(target.ok_or(SearchError::NoTarget { cell: to })?, path, |_| {}) {
-            Ok(Plan { path, expanded: 0 })
-        } else {
-            Err(SearchError::NoPath { from, to })
-        }
+        let target = target.ok_or(SearchError::NoTarget { cell: to })?;
+        survey.recall(target, path).ok_or(SearchError::NoPath { from, to })?;
+        Ok(Plan { path, expanded: 0 })
     }
 }

@@ -158,27 +158,13 @@ impl Banks {
     /// The stored path (LMPP Algorithm 5, by place).
     #[must_use]
     pub fn recall(&self, leg: Leg, direction: Direction) -> Path {
-        let mut waypoints = self.waypoints(leg, direction);
-        let mut path = Path::at(waypoints.clone().next().unwrap_or_default());
-        path.append(&mut waypoints, leg.length);
-        path
-    }
-
-    /// As [`Self::recall`], at the end of a path that leads where the stored one starts.
-    pub(crate) fn recall_onto(&self, leg: Leg, direction: Direction, path: &mut Path) {
-        path.append(self.waypoints(leg, direction), leg.length);
-    }
-
-    fn waypoints(&self, leg: Leg, direction: Direction) -> impl Iterator<Item = Cell> + Clone + '_ {
         let stored = self.waypoints.get(leg.start as usize..leg.end as usize).unwrap_or_default();
-        let last = stored.len().saturating_sub(1);
-        (0..stored.len()).filter_map(move |place| {
-            let place = match direction {
-                Direction::Forth => place,
-                Direction::Back => last - place,
-            };
-            stored.get(place).map(|&(x, y)| Cell { x: x.into(), y: y.into() })
-        })
+        let waypoints = stored.iter().map(|&(x, y)| Cell { x: x.into(), y: y.into() }).collect();
+        let path = Path::from_parts(waypoints, leg.length);
+        match direction {
+            Direction::Forth => path,
+            Direction::Back => path.reversed(),
+        }
     }
 
     /// How many paths are stored.

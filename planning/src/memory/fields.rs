@@ -103,10 +103,7 @@ impl Fields {
     /// that is blocked or outside.
     #[must_use]
     pub fn build(grid: Grid, moves: MoveSet, targets: &[Cell]) -> Self {
-        let layout = match moves {
-            MoveSet::Eight => Layout::of::<Octile>(grid.len(), targets.len()),
-            MoveSet::Sixteen => Layout::of::<Knight>(grid.len(), targets.len()),
-        };
+        let layout = Layout::of(moves, grid.len(), targets.len());
         let mut fields = Self::over(grid, moves, targets, Image::blank(layout));
         fields.rebuild();
         fields

@@ -4,7 +4,11 @@ use std::{fmt, ops::Range};
 
 use bytemuck::Pod;
 
-use super::{metric::Metric, table::Table};
+use super::{
+    metric::{Knight, Metric, Octile},
+    table::Table,
+};
+use crate::moves::MoveSet;
 
 /// Bytes that tables are kept in: owned, or a file that is mapped so that writing changes the memory and
 /// not the file.
@@ -39,9 +43,13 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn of<M: Metric>(cells: usize, targets: usize) -> Self {
+    pub fn of(moves: MoveSet, cells: usize, targets: usize) -> Self {
+        let distance = match moves {
+            MoveSet::Eight => size_of::<<Octile as Metric>::Distance>(),
+            MoveSet::Sixteen => size_of::<<Knight as Metric>::Distance>(),
+        };
         let entries = cells * targets;
-        let runs = HEADER_BYTES + entries * size_of::<M::Distance>();
+        let runs = HEADER_BYTES + entries * distance;
         Self { targets, distances: HEADER_BYTES..runs, runs: runs..runs + entries }
     }
 
@@ -65,9 +73,7 @@ impl fmt::Debug for Image {
 
 impl Clone for Image {
     fn clone(&self) -> Self {
-        let mut copy = Self::blank(self.layout.clone());
-        copy.memory.as_mut().as_mut().copy_from_slice(self.memory.as_ref().as_ref());
-        copy
+        Self::copy_of(self.layout.clone(), self.memory.as_ref().as_ref())
     }
 }
 
@@ -90,6 +96,15 @@ impl Image {
     pub fn blank(layout: Layout) -> Self {
         let words = vec![0; layout.bytes() / 8];
         Self { layout, memory: Box::new(Owned(words)) }
+    }
+
+    /// A copy of tables in bytes that may be more.
+    pub fn copy_of(layout: Layout, bytes: &[u8]) -> Self {
+        let mut copy = Self::blank(layout);
+        for (to, &from) in copy.memory.as_mut().as_mut().iter_mut().zip(bytes) {
+            *to = from;
+        }
+        copy
     }
 
     #[inline]

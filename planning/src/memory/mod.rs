@@ -11,6 +11,7 @@
 pub mod banks;
 mod build;
 pub mod fields;
+mod file;
 mod frontier;
 mod image;
 mod metric;
@@ -19,3 +20,5 @@ mod table;
 
 pub use banks::{Banks, Direction, DoorSets, Leg, Target};
 pub use fields::{Bytes, Fields, Repaired};
+pub use file::FileError;
+pub use image::Memory;

@@ -95,9 +95,9 @@ impl<'a, M: Metric> Table<'a, M> {
         let waypoints = path.refill(from, M::length(distance));
         let mut here = from;
         let mut before = usize::MAX;
-        while let Some((number, repeats)) =
-            self.runs.get(index * self.targets + target).and_then(|&run| unpack::<M>(run))
-        {
+        loop {
+            let run = self.runs.get(index.wrapping_mul(self.targets).wrapping_add(target));
+            let Some((number, repeats)) = run.and_then(|&run| unpack::<M>(run)) else { break };
             let Some(&(dx, dy)) = steps.get(number) else { break };
             here = here.offset(dx * i32::from(repeats), dy * i32::from(repeats));
             match waypoints.last_mut() {
@@ -106,7 +106,7 @@ impl<'a, M: Metric> Table<'a, M> {
                 _ => waypoints.push(here),
             }
             before = number;
-            index = here.y as usize * width + here.x as usize;
+            index = (here.y as usize).wrapping_mul(width).wrapping_add(here.x as usize);
         }
         true
     }
