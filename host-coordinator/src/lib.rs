@@ -11,6 +11,7 @@
 //! | [`diagnostics`] | mistakes in files, each with file, line and what was expected |
 //! | [`core`] | what happens, what is known, what follows: pure |
 //! | [`store`] | the event log |
+//! | [`memory`] | the site's paths in a file |
 //! | [`keys`] | the file of keys that piles, robots and the coordinator share |
 //! | [`links`] | frames to and from piles and robots |
 //! | [`line`](mod@line) | the line to one board: serial or TCP |
@@ -35,6 +36,7 @@ pub mod document;
 pub mod keys;
 pub mod line;
 pub mod links;
+pub mod memory;
 pub mod plot;
 pub mod provision;
 pub mod reproduce;

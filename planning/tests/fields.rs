@@ -164,11 +164,16 @@ fn kept(bytes: Vec<u8>, unaligned: bool) -> Box<dyn Memory> {
 
 #[test]
 fn fields_of_another_map_other_targets_moves_or_version_are_told_apart() {
-    let map = |cells| planning::formats::movingai::read_map(&format!("type octile\nheight 1\nwidth 5\nmap\n{cells}\n")).unwrap();
+    let map = |cells| {
+        planning::formats::movingai::read_map(&format!("type octile\nheight 1\nwidth 5\nmap\n{cells}\n"))
+            .unwrap()
+    };
     let (grid, target) = (map("..@.."), [Cell { x: 1, y: 0 }]);
     let bytes = Fields::build(grid.clone(), MoveSet::Eight, &target).to_bytes();
     let error = |grid: &Grid, moves, targets: &[Cell], bytes: &[u8]| {
-        Fields::open(grid.clone(), moves, targets, Box::new(bytes.to_vec())).err().map(|error| error.to_string())
+        Fields::open(grid.clone(), moves, targets, Box::new(bytes.to_vec()))
+            .err()
+            .map(|error| error.to_string())
     };
     assert_eq!(error(&grid, MoveSet::Eight, &target, &bytes), None);
     let others = |what| Some(format!("fields of {what} than asked for: build them again"));

@@ -5,6 +5,7 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
+use planning::lmpp::Lmpp;
 use protocol::{
     Ack, Activity, Availability, BootEpoch, ChargeReport, DeviceId, Epoch, Fault, Frame, Hello, LeaseId,
     LeaseRef, Message, PassReport, PileFaults, PileId, Reference, RobotId, RobotState, SiteMillis, TagId,
@@ -94,15 +95,16 @@ impl Turn {
 }
 
 impl Coordinator {
-    /// A coordinator with the past that `events` tell.
+    /// A coordinator with the past that `events` tell, and with the memory of `site`'s paths.
     #[must_use]
     pub fn recover<'a>(
         site: Arc<Site>,
+        memory: Lmpp,
         policy: Policy,
         robots: &[RobotConfig],
         events: impl IntoIterator<Item = &'a Event>,
     ) -> Self {
-        let routes = Routes::new(&site, policy.theta);
+        let routes = Routes::new(memory, &site, policy.theta);
         Self {
             site_view: Arc::new(SiteView::new(&site, |door| routes.is_open(door))),
             routes,

@@ -18,10 +18,11 @@ pub struct Routes {
 }
 
 impl Routes {
-    /// Plans the memory of `site`, without the doors whose congestion exceeds `theta`.
+    /// Plans with the memory of `site`, without the doors whose congestion exceeds `theta`.
     #[must_use]
-    pub fn new(site: &Site, theta: f64) -> Self {
-        Self { lmpp: site.lmpp(theta) }
+    pub fn new(mut memory: Lmpp, site: &Site, theta: f64) -> Self {
+        memory.close(site.doors_to_avoid(theta));
+        Self { lmpp: memory }
     }
 
     /// Whether ways may lead through a door.

@@ -165,7 +165,8 @@ mod tests {
         let full = EnergyJ::new(10_000.0).unwrap();
         let robot = RobotConfig { id: ROBOT, tag: TagId([1; 12]), full, energy_per_metre_j: 10.0 };
         let site = Arc::new(Site::fig7().unwrap());
-        let coordinator = Coordinator::recover(site, Policy::default(), &[robot], &events);
+        let coordinator =
+            Coordinator::recover(Arc::clone(&site), site.lmpp(1.0), Policy::default(), &[robot], &events);
         Engine::new(coordinator, store, Warnings::default(), Arc::default(), false)
     }
 

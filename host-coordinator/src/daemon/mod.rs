@@ -53,6 +53,7 @@ use crate::{
     config::{Config, Security},
     core::{Coordinator, Input, View},
     links::{self, Links, Sockets},
+    memory,
     site::Site,
     store::{Store, StoreError},
 };
@@ -124,7 +125,9 @@ impl Daemon {
         let planning = Arc::new(Mutex::new(PlanningTimes::default()));
 
         let (store, events) = Store::open(&config.event_log)?;
-        let coordinator = Coordinator::recover(Arc::clone(&site), config.policy, &config.robots, &events);
+        let memory = memory::recall_or_plan(&site, &config.event_log);
+        let coordinator =
+            Coordinator::recover(Arc::clone(&site), memory, config.policy, &config.robots, &events);
         let insecure = config.security == Security::Insecure;
         let mut engine = Engine::new(coordinator, store, warnings.clone(), Arc::clone(&planning), insecure);
         // Nobody is connected yet: there is no one to send to.

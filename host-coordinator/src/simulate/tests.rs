@@ -72,7 +72,8 @@ impl Lockstep {
             (pile.id, Pile { core, plant: Plant::new(), said: None })
         };
         let piles = site.piles.iter().map(pile).collect();
-        let mut coordinator = Coordinator::recover(Arc::clone(&site), Policy::default(), &fleet.configs, &[]);
+        let mut coordinator =
+            Coordinator::recover(Arc::clone(&site), site.lmpp(1.0), Policy::default(), &fleet.configs, &[]);
         coordinator.step(SiteMillis(0), Input::Started { boot_floor: BootEpoch(0) });
         let (sequences, inboxes) = (BTreeMap::new(), BTreeMap::new());
         let wire = Wire { sequences, inboxes, loss, random: Random::new(seed, 1_000) };

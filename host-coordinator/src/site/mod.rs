@@ -28,7 +28,7 @@ mod files;
 mod frame;
 mod load;
 
-use std::{fs, io, iter, path::Path};
+use std::{collections::BTreeSet, fs, io, iter, path::Path};
 
 use planning::{
     congestion,
@@ -184,8 +184,14 @@ impl Site {
     #[must_use]
     pub fn lmpp(&self, theta: f64) -> Lmpp {
         let mut lmpp = Lmpp::new(self.grid.clone(), self.moves, self.rooms.clone(), self.targets());
-        lmpp.close(congestion::avoided(self.congestion.iter().copied(), theta));
+        lmpp.close(self.doors_to_avoid(theta));
         lmpp
+    }
+
+    /// The doors that are more congested than `theta` (LMPP eq. 11).
+    #[must_use]
+    pub fn doors_to_avoid(&self, theta: f64) -> BTreeSet<DoorId> {
+        congestion::avoided(self.congestion.iter().copied(), theta)
     }
 
     /// Whether a door leads to the subarea of `pile`.

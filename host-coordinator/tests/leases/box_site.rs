@@ -106,7 +106,7 @@ impl BoxSite {
             .map(|pile| (pile.id, Board::new(identity(pile.id), site.position(pile.cell), now)))
             .collect();
         let configs: Vec<_> = robots.values().map(|robot| robot.config).collect();
-        let coordinator = Coordinator::recover(Arc::clone(&site), policy, &configs, &[]);
+        let coordinator = Coordinator::recover(Arc::clone(&site), site.lmpp(1.0), policy, &configs, &[]);
         let mut this = Self {
             seed,
             now,
@@ -133,7 +133,13 @@ impl BoxSite {
 
     fn start_coordinator(&mut self) {
         let configs: Vec<_> = self.robots.values().map(|robot| robot.config).collect();
-        self.coordinator = Coordinator::recover(Arc::clone(&self.site), self.policy, &configs, &self.log);
+        self.coordinator = Coordinator::recover(
+            Arc::clone(&self.site),
+            self.site.lmpp(1.0),
+            self.policy,
+            &configs,
+            &self.log,
+        );
         self.coordinate(Input::Started { boot_floor: BootEpoch(0) });
         let boot = self.coordinator.state().boot;
         let piles = self.piles.keys().map(|id| DeviceId::Pile(*id));

@@ -44,7 +44,8 @@ impl Desk {
                 energy_per_metre_j: 10.0,
             })
             .collect();
-        let coordinator = Coordinator::recover(Arc::clone(&site), Policy::default(), &robots, &events);
+        let coordinator =
+            Coordinator::recover(Arc::clone(&site), site.lmpp(1.0), Policy::default(), &robots, &events);
         let mut desk = Self {
             site,
             coordinator,

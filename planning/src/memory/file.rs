@@ -50,7 +50,9 @@ pub enum FileError {
         what: &'static str,
     },
     /// The end is missing, or something follows it.
-    #[error("{found} bytes of fields: expected {expected}; the file was cut off or added to: build them again")]
+    #[error(
+        "{found} bytes of fields: expected {expected}; the file was cut off or added to: build them again"
+    )]
     Length {
         /// How many there are.
         found: usize,

@@ -240,7 +240,7 @@ fn the_coordinator_charges_a_robot_at_the_emulated_pile() {
     site.stop_coordinator();
     let (_, events) = Store::open(&site.config.event_log).unwrap();
     let coordinator =
-        Coordinator::recover(Arc::clone(&site.site), site.config.policy, &site.config.robots, &events);
+        Coordinator::recover(Arc::clone(&site.site), site.site.lmpp(1.0), site.config.policy, &site.config.robots, &events);
     let passes: Vec<_> =
         coordinator.state().passes.iter().map(|((robot, _), piles)| (*robot, piles)).collect();
     assert_eq!(passes, [(ROBOT_ID, &[(PILE, 1)].into())]);
