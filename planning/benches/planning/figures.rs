@@ -51,8 +51,11 @@ pub fn compare(report: &Report) -> Vec<Figure> {
         add(1, "nearest with waypoints, p99", known.nearest.p99, 0.5, "us");
         add(5, "field build, a free cell and pile", known.build_ns, 12.0, "ns");
         if let Some(doors) = &known.doors {
-            add(5, "a door closes, median", doors.close.median / 1e3, 0.15, "ms");
-            add(5, "a door closes, mean", doors.close.mean / 1e3, 1.5, "ms");
+            // A site's door is one cell; the gap it stands for may be wider, and closing all of it takes longer.
+            add(5, "a door's cell is blocked, median", doors.narrow.median / 1e3, 0.15, "ms");
+            add(5, "a door's cell is blocked, mean", doors.narrow.mean / 1e3, 1.5, "ms");
+            add(5, "a whole door closes, median", doors.close.median / 1e3, 0.15, "ms");
+            add(5, "a whole door closes, mean", doors.close.mean / 1e3, 1.5, "ms");
             add(5, "the slowest door, by full recompute", doors.slowest_close / doors.rebuild, 1.0, "times");
         }
         add(7, "memory of 13 piles", known.bytes as f64 / 1024.0 / 1024.0, 16.0, "MiB");

@@ -4,9 +4,11 @@
 //! lowers its price until the second best is as good; who had the column before bids next. Only columns
 //! that have a partner ever get a price below 0, as the idle row demands.
 
+use std::array::from_fn;
+
 use super::{
     Assignment, LANES,
-    search::{self, least, lesser},
+    search::{self, greater, least, lesser},
 };
 
 /// So many bids a row, on average; whoever has no column then gets one by an augmenting path.
@@ -76,15 +78,12 @@ enum Bid {
 fn two_least(costs: &[f64], prices: &[f64], reduced: &mut [f64]) -> (f64, f64) {
     let mut firsts = [f64::INFINITY; LANES];
     let mut seconds = [f64::INFINITY; LANES];
-    let lanes = costs.chunks_exact(LANES).zip(prices.chunks_exact(LANES));
-    for ((costs, prices), reduced) in lanes.zip(reduced.chunks_exact_mut(LANES)) {
-        for lane in 0..LANES {
-            let cost = costs[lane] - prices[lane];
-            reduced[lane] = cost;
-            let loser = if cost < firsts[lane] { firsts[lane] } else { cost };
-            seconds[lane] = lesser(loser, seconds[lane]);
-            firsts[lane] = lesser(cost, firsts[lane]);
-        }
+    let lanes = costs.as_chunks::<LANES>().0.iter().zip(prices.as_chunks::<LANES>().0.iter());
+    for ((costs, prices), reduced) in lanes.zip(reduced.as_chunks_mut::<LANES>().0.iter_mut()) {
+        *reduced = from_fn(|lane| costs[lane] - prices[lane]);
+        let losers: [f64; LANES] = from_fn(|lane| greater(reduced[lane], firsts[lane]));
+        seconds = from_fn(|lane| lesser(losers[lane], seconds[lane]));
+        firsts = from_fn(|lane| lesser(reduced[lane], firsts[lane]));
     }
     firsts.into_iter().chain(seconds).fold((f64::INFINITY, f64::INFINITY), |(first, second), cost| {
         if cost < first { (cost, first) } else { (first, lesser(cost, second)) }

@@ -5,6 +5,8 @@
 //! in plain arrays that are read from end to end, which for some hundreds beats any heap. Sums are
 //! exact, so who reached a column first need not be noted: it is found again by comparing.
 
+use std::array::from_fn;
+
 use super::{Assignment, LANES};
 
 /// The memory of a search.
@@ -44,14 +46,18 @@ impl Search {
         let base = distance - price;
         self.done_rows.push((row, distance, base));
         let mut least = [f64::INFINITY; LANES];
-        let lanes = self.distances.chunks_exact_mut(LANES).zip(self.prices.chunks_exact(LANES));
-        for ((distances, prices), costs) in lanes.zip(costs.chunks_exact(LANES)) {
-            for lane in 0..LANES {
-                let through = base + (costs[lane] - prices[lane]);
-                let distance = lesser(through, distances[lane]);
-                distances[lane] = distance;
-                least[lane] = lesser(distance, least[lane]);
-            }
+        let lanes = self
+            .distances
+            .as_chunks_mut::<LANES>()
+            .0
+            .iter_mut()
+            .zip(self.prices.as_chunks::<LANES>().0.iter());
+        for ((distances, prices), costs) in lanes.zip(costs.as_chunks::<LANES>().0) {
+            // Step by step over all lanes: only so do compilers take several at once.
+            let through: [f64; LANES] = from_fn(|lane| base + (costs[lane] - prices[lane]));
+            let nearer: [f64; LANES] = from_fn(|lane| lesser(through[lane], distances[lane]));
+            least = from_fn(|lane| lesser(nearer[lane], least[lane]));
+            *distances = nearer;
         }
         least.into_iter().fold(f64::INFINITY, lesser)
     }
@@ -62,13 +68,16 @@ pub(super) fn lesser(one: f64, other: f64) -> f64 {
     if one < other { one } else { other }
 }
 
+/// The greater of two, likewise.
+pub(super) fn greater(one: f64, other: f64) -> f64 {
+    if one > other { one } else { other }
+}
+
 /// The least reduced cost of a row whose price is 0.
 pub(super) fn least(costs: &[f64], prices: &[f64]) -> f64 {
     let mut least = [f64::INFINITY; LANES];
-    for (costs, prices) in costs.chunks_exact(LANES).zip(prices.chunks_exact(LANES)) {
-        for lane in 0..LANES {
-            least[lane] = lesser(costs[lane] - prices[lane], least[lane]);
-        }
+    for (costs, prices) in costs.as_chunks::<LANES>().0.iter().zip(prices.as_chunks::<LANES>().0) {
+        least = from_fn(|lane| lesser(costs[lane] - prices[lane], least[lane]));
     }
     least.into_iter().fold(f64::INFINITY, lesser)
 }
@@ -76,8 +85,8 @@ pub(super) fn least(costs: &[f64], prices: &[f64]) -> f64 {
 /// The place of the first of some values that is `value`.
 pub(super) fn first(values: &[f64], value: f64) -> Option<usize> {
     // All of a chunk at once, and only then which.
-    let has = |values: &&[f64]| values.iter().fold(false, |any, &found| any | (found == value));
-    let (chunk, values) = values.chunks_exact(LANES).enumerate().find(|(_, values)| has(values))?;
+    let has = |values: &[f64; LANES]| values.iter().fold(false, |any, &found| any | (found == value));
+    let (chunk, values) = values.as_chunks::<LANES>().0.iter().enumerate().find(|(_, values)| has(values))?;
     Some(chunk * LANES + values.iter().position(|&found| found == value)?)
 }
 
