@@ -239,8 +239,13 @@ fn the_coordinator_charges_a_robot_at_the_emulated_pile() {
     // The pass is in the event log, which outlives the coordinator (eq. 4).
     site.stop_coordinator();
     let (_, events) = Store::open(&site.config.event_log).unwrap();
-    let coordinator =
-        Coordinator::recover(Arc::clone(&site.site), site.site.lmpp(1.0), site.config.policy, &site.config.robots, &events);
+    let coordinator = Coordinator::recover(
+        Arc::clone(&site.site),
+        site.site.lmpp(1.0),
+        site.config.policy,
+        &site.config.robots,
+        &events,
+    );
     let passes: Vec<_> =
         coordinator.state().passes.iter().map(|((robot, _), piles)| (*robot, piles)).collect();
     assert_eq!(passes, [(ROBOT_ID, &[(PILE, 1)].into())]);
