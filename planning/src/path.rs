@@ -21,14 +21,6 @@ impl Path {
         Self { waypoints: vec![cell], length: Length::default() }
     }
 
-    /// The path of a robot that stays at `cell`, in the memory of this one.
-    pub(crate) fn restarted(mut self, cell: Cell) -> Self {
-        self.waypoints.clear();
-        self.waypoints.push(cell);
-        self.length = Length::default();
-        self
-    }
-
     /// A path that was taken apart by [`Self::waypoints`] and [`Self::length`].
     pub(crate) const fn from_parts(waypoints: Vec<Cell>, length: Length) -> Self {
         Self { waypoints, length }
@@ -172,6 +164,20 @@ impl Default for Path {
     fn default() -> Self {
         Self::at(Cell::default())
     }
+}
+
+/// Leaves turns out of a way: after each that is kept comes the farthest along the way that it sees. Turns
+/// that follow each other must see each other.
+pub(crate) fn shortcut(turns: &mut Vec<Cell>, sees: impl Fn(Cell, Cell) -> bool) {
+    let (mut here, mut kept) = (0, 1);
+    while let [from, ahead @ ..] = turns.get(here..).unwrap_or_default()
+        && !ahead.is_empty()
+    {
+        here += 1 + ahead.iter().rposition(|&there| sees(*from, there)).unwrap_or_default();
+        turns.copy_within(here..=here, kept);
+        kept += 1;
+    }
+    turns.truncate(kept);
 }
 
 /// The one move that, repeated, leads from one waypoint to the next, and how often.

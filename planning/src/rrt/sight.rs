@@ -1,6 +1,9 @@
 //! Straight lines between cells, under the corner rule.
 
-use crate::grid::{Cell, Grid};
+use crate::{
+    grid::{Cell, Grid},
+    path::shortcut,
+};
 
 /// Whether a point can go straight from the middle of `from` to the middle of `to`: every cell that the
 /// segment touches is free, all four where it runs through a corner. For moves to the 8 neighbours that
@@ -41,15 +44,7 @@ pub fn sees(grid: &Grid, from: Cell, to: Cell) -> bool {
 /// Keeps of a path whose neighbours see each other the necessary nodes (Figs. 4, 5): the start, and from each
 /// the farthest along the path that it sees. What is left is as free, and never longer.
 pub fn keep_necessary_nodes(grid: &Grid, path: &mut Vec<Cell>) {
-    let (mut here, mut kept) = (0, 1);
-    while let [from, ahead @ ..] = path.get(here..).unwrap_or_default()
-        && !ahead.is_empty()
-    {
-        here += 1 + ahead.iter().rposition(|&there| sees(grid, *from, there)).unwrap_or_default();
-        path.copy_within(here..=here, kept);
-        kept += 1;
-    }
-    path.truncate(kept);
+    shortcut(path, |from, to| sees(grid, from, to));
 }
 
 #[cfg(test)]

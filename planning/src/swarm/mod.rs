@@ -143,7 +143,7 @@ pub struct Workspace {
     flights: Vec<pso::Flight>,
     leaders: gwo::Leaders,
     curve: Vec<f64>,
-    path: Option<Path>,
+    path: Path,
 }
 
 /// What a swarm found; it lives until the next query.
@@ -209,8 +209,7 @@ impl<'g> Swarm<'g> {
         }
         let Workspace { leaders, curve, path, .. } = workspace;
         let turns = leaders.alpha().turns.as_slice();
-        let walked = walk(turns, path.take(), from);
-        let path = path.insert(walked);
+        walk(turns, from, path);
         let tried = u32::from(self.settings.population.get()).saturating_mul(curve.len() as u32);
         Ok(Hunt { path, turns, length_cells: fitness::length_cells(turns), curve, tried })
     }
@@ -278,13 +277,12 @@ fn pull(ground: Ground<'_>, leaders: &gwo::Leaders, wolves: &mut [Agent], a: f64
     }
 }
 
-/// The moves along straight pieces between turns, in the memory of a path that is no longer needed.
-fn walk(turns: &[Cell], memory: Option<Path>, from: Cell) -> Path {
-    let mut path = memory.map_or_else(|| Path::at(from), |path| path.restarted(from));
+/// Puts the moves along straight pieces between turns into `path`.
+fn walk(turns: &[Cell], from: Cell, path: &mut Path) {
+    path.restart(from);
     for (&from, &to) in turns.iter().zip(turns.iter().skip(1)) {
         line::steps(from, to).for_each(|step| path.step(step));
     }
-    path
 }
 
 impl Planner for Swarm<'_> {

@@ -1,7 +1,7 @@
 //! From a wolf's nodes to a path on the grid.
 
 use super::{Ground, line, point::Point};
-use crate::grid::Cell;
+use crate::{grid::Cell, path::shortcut};
 
 /// How nodes become a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,17 +75,7 @@ fn guide(ground: Ground<'_>, nodes: &[Point], turns: &mut Vec<Cell>) {
 /// Steps 2 and 3 of the interpolation (IGWO, 3.2.1): of each turn's successors only the last that is
 /// in sight stays.
 fn shorten(ground: Ground<'_>, turns: &mut Vec<Cell>) {
-    let (mut kept, mut at) = (0, 0);
-    while let Some((&here, later)) = turns.get(at..).and_then(|rest| rest.split_first()) {
-        let in_sight = later.iter().rposition(|&next| line::is_open(ground.grid, here, next));
-        if later.is_empty() {
-            break;
-        }
-        at += 1 + in_sight.unwrap_or(0);
-        kept += 1;
-        turns.copy_within(at..=at, kept);
-    }
-    turns.truncate(kept + 1);
+    shortcut(turns, |here, next| line::is_open(ground.grid, here, next));
 }
 
 /// Step 4 of the interpolation (IGWO, 3.2.1): as many nodes as before, at equal distances.
