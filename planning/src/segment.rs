@@ -133,9 +133,12 @@ impl<'a> Regions<'a> {
 
     /// Joins two regions; the one with the lower number gives its name.
     fn join(&mut self, one: Region, other: Region) {
-        let (one, other) = (self.root(one), self.root(other));
-        if let Some(joined) = self.joined.get_mut(one.max(other) as usize) {
-            *joined = one.min(other);
+        let root = self.root(one).min(self.root(other));
+        // All on the way there are joined to it at once, so that ways stay short on any map.
+        for mut region in [one, other] {
+            while let Some(joined) = self.joined.get_mut(region as usize).filter(|joined| **joined != root) {
+                region = std::mem::replace(joined, root);
+            }
         }
     }
 
