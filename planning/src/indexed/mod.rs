@@ -55,8 +55,9 @@ pub struct Index {
 impl Index {
     /// The index of `grid`.
     ///
-    /// Below a second on one core for 512 x 512 cells of random clutter, a tenth of that for rooms, mazes and
-    /// terrain; about proportional to the number of cells.
+    /// Below a second on one core for 512 x 512 cells of random clutter, hundredths of one for rooms and
+    /// mazes, between them where small rooms or ragged terrain have many corners; about proportional to the
+    /// number of cells.
     #[must_use]
     pub fn build(grid: Grid) -> Self {
         let budget = EDGES + EDGES_A_CELL * grid.len() as u64;
