@@ -6,7 +6,7 @@
 //! | [`row`] | one number beside ours, and the verdict |
 //! | [`figure`] | what an experiment draws, as plain data |
 //! | [`render`] | figures as PNG and SVG |
-//! | [`lmpp`], [`access`] | a paper each: its tables and figures |
+//! | [`lmpp`], [`access`], [`mecanum`], [`igwo`] | a paper each: its tables and figures |
 //!
 //! To add a paper, write its module with a [`Paper`] and name it in [`PAPERS`].
 

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use super::Paper;
+
 /// One number or choice of a paper beside ours.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
@@ -72,25 +74,27 @@ pub enum Verdict {
 /// The rounding error of a sum of some dozens of doubles, in units in the last place.
 const ROUNDING_ULPS: f64 = 4.0;
 
-impl Row {
+impl Paper {
     /// A row whose verdict is computed.
     pub(super) fn compared(
-        paper: &'static str,
+        &self,
         table: &'static str,
         row: impl Into<String>,
         column: impl Into<String>,
         published: Value,
         ours: Value,
-    ) -> Self {
+    ) -> Row {
         let verdict = Verdict::of(&published, &ours);
         let (row, column, note) = (row.into(), column.into(), String::new());
-        let mut row = Self { paper, table, row, column, published, ours, verdict, note };
+        let mut row = Row { paper: self.name, table, row, column, published, ours, verdict, note };
         if row.verdict == Verdict::Exact && row.ours_as_printed() != row.published.to_string() {
             row.add_note("but for the rounding error of a sum");
         }
         row
     }
+}
 
+impl Row {
     /// The same with nothing to compare, and why.
     pub(super) fn uncompared(self, why: impl Into<String>) -> Self {
         Self { verdict: Verdict::NotComparable, note: why.into(), ..self }

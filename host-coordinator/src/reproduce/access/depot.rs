@@ -13,7 +13,7 @@ use planning::{
 };
 
 use super::{
-    Failed, compared,
+    Failed, PAPER,
     published::{CHARGED_POINT, CHECK_S, DEPOT_START, EMPTY_POINT},
 };
 use crate::{
@@ -123,11 +123,18 @@ pub(super) fn experiment_1() -> Result<Vec<Row>, Failed> {
     let Search { point, direct, in_turn, checks } = Depot::new()?.search()?;
     let table = "Experiment 1";
     let text = |point: usize| Value::Text(format!("point {point}"));
-    let ours = |column, value| compared(table, "Fig. 2a", column, Value::Missing, Value::Number(value));
+    let ours = |column, value| PAPER.compared(table, "Fig. 2a", column, Value::Missing, Value::Number(value));
     let bars = "Fig. 2a's numbers are not in the text";
     Ok(vec![
-        compared(table, "proposed", "goes to", text(EMPTY_POINT), text(point.into())).noted(DRAWN),
-        compared(table, "traditional", "points looked at", Value::printed("5"), Value::Number(checks as f64))
+        PAPER.compared(table, "proposed", "goes to", text(EMPTY_POINT), text(point.into())).noted(DRAWN),
+        PAPER
+            .compared(
+                table,
+                "traditional",
+                "points looked at",
+                Value::printed("5"),
+                Value::Number(checks as f64),
+            )
             .noted(DRAWN),
         ours("traditional, s", seconds(&in_turn, checks)).uncompared(format!("{bars}; {DRAWN}, at 1 cell/s")),
         ours("proposed, s", seconds(&direct, 0)).uncompared(format!("{bars}; {DRAWN}, at 1 cell/s")),
@@ -145,15 +152,20 @@ pub(super) fn experiment_2() -> Result<Vec<Row>, Failed> {
     let longer = text(if around > straight { "longer" } else { "as long" });
     let length = |row, path: &Path| {
         let length = Value::Number(path.length().units());
-        compared(table, row, "length", Value::Missing, length).uncompared(format!("not printed; {DRAWN}"))
+        PAPER
+            .compared(table, row, "length", Value::Missing, length)
+            .uncompared(format!("not printed; {DRAWN}"))
     };
     let (published, ours) = (format!("point {CHARGED_POINT}"), format!("point {point}"));
     Ok(vec![
-        compared(table, "makes room", "robot on", text(&published), text(&ours))
+        PAPER
+            .compared(table, "makes room", "robot on", text(&published), text(&ours))
             .noted("92 % is printed; the others' charge is ours, and lower"),
-        compared(table, "traditional", "paths", text("collide"), meeting(&shortest)).noted(DRAWN),
-        compared(table, "proposed, eq. 7", "paths", text("keep apart"), meeting(&avoiding)).noted(DRAWN),
-        compared(table, "proposed, eq. 7", "way out", text("longer"), longer).noted(DRAWN),
+        PAPER.compared(table, "traditional", "paths", text("collide"), meeting(&shortest)).noted(DRAWN),
+        PAPER
+            .compared(table, "proposed, eq. 7", "paths", text("keep apart"), meeting(&avoiding))
+            .noted(DRAWN),
+        PAPER.compared(table, "proposed, eq. 7", "way out", text("longer"), longer).noted(DRAWN),
         length("arriving", &arriving),
         length("leaving, shortest", &shortest),
         length("leaving, eq. 7", &avoiding),

@@ -48,19 +48,9 @@ pub fn figures() -> Result<Vec<Figure>, Failed> {
 /// Table 1: the priorities of tasks.
 fn table_1() -> Vec<Row> {
     let row = |(task, priority)| {
-        compared("1", task, "priority", Value::printed(priority), Value::Missing)
+        PAPER
+            .compared("1", task, "priority", Value::printed(priority), Value::Missing)
             .uncompared("an input of eq. 4; what the task takes is printed as a symbol only")
     };
     published::TABLE_1.map(row).into()
-}
-
-/// A row whose verdict is computed.
-fn compared(
-    table: &'static str,
-    row: impl Into<String>,
-    column: impl Into<String>,
-    published: Value,
-    ours: Value,
-) -> Row {
-    Row::compared(PAPER.name, table, row, column, published, ours)
 }

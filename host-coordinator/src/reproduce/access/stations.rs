@@ -9,7 +9,7 @@ use planning::{
 };
 
 use super::{
-    Failed, compared,
+    Failed, PAPER,
     published::{PLANNING_MS, START, TABLE_3, TABLE_4, TABLE_5},
 };
 use crate::{
@@ -79,7 +79,8 @@ pub(super) fn table_3() -> Result<Vec<Row>, Failed> {
     let row = |((name, printed), pile): ((&str, [i32; 2]), &crate::site::SitePile)| {
         let (x, y) = site.coordinates(pile.cell);
         let text = |x, y| Value::Text(format!("({x}, {y})"));
-        compared("3", name, "position", text(printed[0], printed[1]), text(x, y))
+        PAPER
+            .compared("3", name, "position", text(printed[0], printed[1]), text(x, y))
             .noted("an input, as the site file has it")
     };
     Ok(TABLE_3.into_iter().zip(&site.piles).map(row).collect())
@@ -90,7 +91,7 @@ pub(super) fn table_4() -> Result<Vec<Row>, Failed> {
     let mut stations = Stations::new()?;
     let row = |(name, order, printed): (&str, [&str; 12], _)| {
         let tour = stations.tour(&order)?.length().units();
-        Ok(compared("4", name, "distance", Value::printed(printed), Value::Number(tour)).noted(FITTED))
+        Ok(PAPER.compared("4", name, "distance", Value::printed(printed), Value::Number(tour)).noted(FITTED))
     };
     TABLE_4.into_iter().map(row).collect()
 }
@@ -100,7 +101,7 @@ pub(super) fn fig_6() -> Result<Vec<Row>, Failed> {
     let why = "Fig. 6's numbers are not in the text";
     let row = |(name, path): (&str, Path)| {
         let length = Value::Number(path.length().units());
-        compared("Fig. 6", name, "distance", Value::Missing, length).uncompared(why)
+        PAPER.compared("Fig. 6", name, "distance", Value::Missing, length).uncompared(why)
     };
     Ok(Stations::new()?.direct()?.into_iter().map(row).collect())
 }
@@ -131,11 +132,12 @@ pub(super) fn experiment_3() -> Result<Vec<Row>, Failed> {
     let mut rows = Vec::new();
     let names = ["random search", "sequential search", "direct access"];
     for ((name, printed), ours) in names.into_iter().zip(PLANNING_MS).zip(ours) {
-        let row = compared("Experiment 3", name, "planning, ms", Value::Number(printed), Value::Number(ours));
+        let row =
+            PAPER.compared("Experiment 3", name, "planning, ms", Value::Number(printed), Value::Number(ours));
         rows.push(row.uncompared("another computer, Python"));
     }
     let ratio = |[random, _, direct]: [f64; 3]| Value::Number(random / direct);
-    let row = compared("Experiment 3", "random / direct", "planning", ratio(PLANNING_MS), ratio(ours));
+    let row = PAPER.compared("Experiment 3", "random / direct", "planning", ratio(PLANNING_MS), ratio(ours));
     rows.push(row.uncompared("the ratio on either computer"));
     Ok(rows)
 }
@@ -148,7 +150,7 @@ pub(super) fn table_5() -> Result<Vec<Row>, Failed> {
         let (from, to) = (stations.site.cell_at(x, y)?, stations.station(name)?);
         let length = stations.path(from, to)?.length().units();
         let row = format!("({y}, {x}) to {name}");
-        let mut row = compared("5", row, "distance", Value::printed(printed), Value::Number(length));
+        let mut row = PAPER.compared("5", row, "distance", Value::printed(printed), Value::Number(length));
         row.add_note("the start is printed as (y, x)");
         let nearer = stations.nearer(from, to)?;
         if !nearer.is_empty() {

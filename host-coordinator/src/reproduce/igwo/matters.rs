@@ -3,7 +3,7 @@
 use planning::swarm::{Algorithm, Convergence, Fitness, Weights};
 
 use super::{
-    Failed, compared, less, places,
+    Failed, PAPER, less, places,
     places::Place,
     published::BEST_FACTOR,
     trials::{Trials, mean},
@@ -51,7 +51,8 @@ pub fn table_6() -> Result<Vec<Row>, Failed> {
         let iterations = by_factor(&lot)?.map(|trials| trials.mean_iterations());
         let best = FACTORS.into_iter().zip(iterations).min_by(|one, other| one.1.total_cmp(&other.1));
         let ours = best.map_or(Value::Missing, |(name, _)| Value::Text(name.into()));
-        let row = compared("VI", &lot.name, "fewest mean iterations", Value::Text(BEST_FACTOR.into()), ours);
+        let row =
+            PAPER.compared("VI", &lot.name, "fewest mean iterations", Value::Text(BEST_FACTOR.into()), ours);
         Ok(row.noted(&format!(
             "{}; rebuilt, a4 as the soonest because the paper finds it best",
             each(&iterations, "")
@@ -65,7 +66,7 @@ pub fn table_7() -> Result<Vec<Row>, Failed> {
     let row = |lot: Place| {
         let lengths = by_factor(&lot)?.map(|trials| trials.mean_length_m());
         let [.., ours] = lengths;
-        let row = compared("VII", &lot.name, "mean length, a4, m", Value::Missing, Value::Number(ours));
+        let row = PAPER.compared("VII", &lot.name, "mean length, a4, m", Value::Missing, Value::Number(ours));
         Ok(row.uncompared(format!("the text prints none; {}", each(&lengths, " m"))))
     };
     places::parking_lots().map(row).collect()
@@ -122,7 +123,7 @@ pub fn weights(figure: &'static str, fitness: ByWeights, published: &str) -> Res
         let means: Vec<_> = means.collect();
         let best = means.iter().min_by(|one, other| one.1.total_cmp(&other.1));
         let ours = Value::number(best.map(|&(ac2, _)| ac2));
-        let row = compared(figure, "all lots", column, Value::printed(published), ours);
+        let row = PAPER.compared(figure, "all lots", column, Value::printed(published), ours);
         let list: Vec<_> = means.iter().map(|(ac2, length)| format!("{ac2} {length:.2} m")).collect();
         row.noted(&list.join(", "))
     };

@@ -54,14 +54,9 @@ pub fn rows(table: &str) -> Result<Vec<Row>, Failed> {
     }
 }
 
-/// A row whose verdict is computed.
-fn compared(table: &'static str, row: &str, column: &str, published: Value, ours: Value) -> Row {
-    Row::compared(PAPER.name, table, row, column, published, ours)
-}
-
 /// A row of a number that is printed.
 fn number(table: &'static str, row: &str, column: &str, published: &str, ours: f64) -> Row {
-    compared(table, row, column, Value::printed(published), Value::Number(ours))
+    PAPER.compared(table, row, column, Value::printed(published), Value::Number(ours))
 }
 
 /// A row that says which of two is less, `ours` or `theirs`, and by how much in the note.
@@ -72,7 +67,7 @@ fn less(table: &'static str, row: &str, column: &str, ours: f64, theirs: f64) ->
         std::cmp::Ordering::Equal => "equal",
         std::cmp::Ordering::Greater => "more",
     };
-    let row = compared(table, row, column, published, Value::Text(which.into()));
+    let row = PAPER.compared(table, row, column, published, Value::Text(which.into()));
     row.noted(&format!("{ours:.2} against {theirs:.2}"))
 }
 

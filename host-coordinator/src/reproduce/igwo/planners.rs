@@ -3,7 +3,7 @@
 use planning::swarm::{Algorithm, Convergence, Fitness, Settings};
 
 use super::{
-    Failed, LOST, LOST_WITHOUT_RATIO, compared, less, number, percent,
+    Failed, LOST, LOST_WITHOUT_RATIO, PAPER, less, number, percent,
     places::{self, Place},
     published::{Changes, PARAMETERS, TABLE_VIII},
     trials::{self, PARTICLES, RUNS, Trials, mean},
@@ -112,7 +112,7 @@ pub fn table_9() -> Result<Vec<Row>, Failed> {
 /// Table X: A\*-IGWO against two planners of other papers.
 pub fn table_10() -> Vec<Row> {
     let row = |column| {
-        let row = compared("X", "all lots", column, Value::Text("less".into()), Value::Missing);
+        let row = PAPER.compared("X", "all lots", column, Value::Text("less".into()), Value::Missing);
         row.uncompared("another paper's planner, which is not built here")
     };
     ["HSGWO", "IGWO of Su and Yourui"].map(row).into()

@@ -3,7 +3,7 @@
 use planning::{parking::CellSize, swarm::Algorithm};
 
 use super::{
-    Failed, LOST, LOST_WITHOUT_RATIO, compared, less, number, percent, places,
+    Failed, LOST, LOST_WITHOUT_RATIO, PAPER, less, number, percent, places,
     published::{FINER, FINEST, FINEST_LENGTH_PERCENT},
     trials::{Trials, mean},
 };
@@ -45,7 +45,8 @@ pub fn figure_3() -> Result<Vec<Row>, Failed> {
         row(finest, "iterations", most, fine[0] - middle[0], LOST),
         number("Fig. 3", finest, "iterations, %", most_percent, percent(middle[0], fine[0]))
             .noted(&format!("{:.2} against {:.2}", fine[0], middle[0])),
-        compared("Fig. 3", finest, "length", Value::Text(under), Value::Text(ours))
+        PAPER
+            .compared("Fig. 3", finest, "length", Value::Text(under), Value::Text(ours))
             .noted(&format!("{:.2} m against {:.2} m", middle[1], fine[1])),
     ])
 }

@@ -3,7 +3,7 @@
 use protocol::PileId;
 
 use super::{
-    AS_RUN, Failed, Laboratory, at, compared, inputs, lengths,
+    AS_RUN, Failed, Laboratory, PAPER, at, inputs, lengths,
     published::{
         Q_THRESHOLD, TABLE_7, TABLE_8, TABLE_9, TABLE_10, TEST_3_CHOICES, TEST_3_START, TEST_4_CHOICES,
         TEST_4_REACHES,
@@ -21,7 +21,7 @@ pub(super) fn table_7(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
         let [ours_idle, ours_busy] = searched(laboratory, threshold)?;
         for (column, printed, ours) in [("Q1", idle, ours_idle), ("Q1 + Q2", all, ours_idle + ours_busy)] {
             let row = format!("q_th {threshold}");
-            rows.push(compared("7", row, column, Value::printed(printed), Value::Number(ours)));
+            rows.push(PAPER.compared("7", row, column, Value::printed(printed), Value::Number(ours)));
         }
     }
     Ok(rows)
@@ -92,7 +92,7 @@ fn choice(
     for (rule, column) in [(Rule::PaperLiteral, "eq. 9 as printed"), (Rule::Corrected, "corrected")] {
         let ours = question(laboratory, location, probabilities, reach.into(), Q_THRESHOLD, rule)?;
         let published = pile(printed.map(PileId));
-        let mut row = compared(table, row, column, published, pile(ours.chosen));
+        let mut row = PAPER.compared(table, row, column, published, pile(ours.chosen));
         if row.verdict == Verdict::Differs {
             explain(&mut row, &ours, reach.into(), printed.map(PileId));
         }

@@ -1,7 +1,7 @@
 //! Tables 8, 9, 11 and 12: what the paper's tests were given.
 
 use super::{
-    Failed, Laboratory, at, compared,
+    Failed, Laboratory, PAPER, at,
     published::{TABLE_11, TABLE_12},
 };
 use crate::reproduce::{Row, Value};
@@ -10,7 +10,7 @@ use crate::reproduce::{Row, Value};
 pub(super) fn probabilities(table: &'static str, row: String, probabilities: &[f64], test: &str) -> Row {
     let sum = rounded(probabilities.iter().sum());
     let note = format!("an input of {test}; eq. 5 makes them sum to 1");
-    compared(table, row, "sum of p", Value::Number(sum), Value::Missing).uncompared(note)
+    PAPER.compared(table, row, "sum of p", Value::Number(sum), Value::Missing).uncompared(note)
 }
 
 /// Table 11: the locations of Test 5.
@@ -22,7 +22,7 @@ pub(super) fn table_11(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> 
         let subarea = rooms.find_subarea(cell).and_then(|subarea| rooms.subareas().name(subarea));
         let ours = subarea.map_or(Value::Missing, |name| Value::Text(format!("subarea {name}")));
         let note = "an input of Tables 13 and 14";
-        let row = compared("11", number.to_string(), "location", Value::Text(at(location)), ours);
+        let row = PAPER.compared("11", number.to_string(), "location", Value::Text(at(location)), ours);
         rows.push(row.uncompared(note));
     }
     Ok(rows)
@@ -35,13 +35,14 @@ pub(super) fn table_12(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> 
     for (number, printed) in (1..).zip(TABLE_12) {
         let of_door = congestion.iter().find(|(door, _)| door.0 == number);
         let ours = Value::number(of_door.map(|&(_, congestion)| congestion));
-        let mut row = compared("12", format!("door {number}"), "congestion", Value::printed(printed), ours);
+        let mut row =
+            PAPER.compared("12", format!("door {number}"), "congestion", Value::printed(printed), ours);
         row.add_note("an input of Tables 13 and 14, as the site file has it");
         rows.push(row);
     }
     let sum = rounded(congestion.iter().map(|&(_, congestion)| congestion).sum());
     let note = "eq. 11 makes them sum to 1";
-    rows.push(compared("12", "all doors", "sum", Value::Number(sum), Value::Missing).uncompared(note));
+    rows.push(PAPER.compared("12", "all doors", "sum", Value::Number(sum), Value::Missing).uncompared(note));
     Ok(rows)
 }
 

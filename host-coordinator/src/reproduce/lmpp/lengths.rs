@@ -8,7 +8,7 @@ use planning::{
 };
 
 use super::{
-    AS_DRAWN, AS_RUN, Failed, Laboratory, at, compared,
+    AS_DRAWN, AS_RUN, Failed, Laboratory, PAPER, at,
     published::{
         DELAY_S, Q_THRESHOLD, SPEED, TABLE_4, TABLE_6, TABLE_10, TABLE_11, TABLE_13, TABLE_13_AVERAGE,
         TABLE_14, TEST_3_DISTANCES, TEST_3_START, THETA,
@@ -29,10 +29,12 @@ pub(super) fn table_6(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
         let to_pile = |cell: Cell| Some(search.plan(from, cell, workspace).ok()?.path.length());
         let nearest = site.piles.iter().map(|pile| pile.cell).filter_map(to_pile);
         let nearest = Value::number(nearest.min().map(|length| length.units()));
-        rows.push(compared("6", at(location), "A*", Value::printed(by_astar), nearest));
+        rows.push(PAPER.compared("6", at(location), "A*", Value::printed(by_astar), nearest));
         let nearest = as_drawn.survey(from)?.nearest();
         let nearest = Value::number(nearest.map(|(_, length)| length.units()));
-        rows.push(compared("6", at(location), "LMPP", Value::printed(by_lmpp), nearest).noted(AS_DRAWN));
+        rows.push(
+            PAPER.compared("6", at(location), "LMPP", Value::printed(by_lmpp), nearest).noted(AS_DRAWN),
+        );
     }
     Ok(rows)
 }
@@ -72,7 +74,7 @@ fn distances(
     let ours = [max(idle), min(idle), max(occupied), min(occupied)];
     let columns = ["max D(Q1)", "min D(Q1)", "max D(Q2)", "min D(Q2)"];
     let compared = |((column, printed), ours)| {
-        compared(table, row, column, Value::printed(printed), Value::number(ours)).noted(AS_RUN)
+        PAPER.compared(table, row, column, Value::printed(printed), Value::number(ours)).noted(AS_RUN)
     };
     Ok(columns.into_iter().zip(printed).zip(ours).map(compared).collect())
 }
@@ -83,7 +85,9 @@ pub(super) fn table_14(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> 
     for ((location, printed), routes) in TABLE_11.into_iter().zip(TABLE_14).zip(test_5(laboratory)?) {
         for ((column, printed), route) in [WITHOUT, WITH].into_iter().zip(printed).zip(routes) {
             let ours = Value::number(route.map(|route| route.path.length().units()));
-            rows.push(compared("14", at(location), column, Value::printed(printed), ours).noted(AS_DRAWN));
+            rows.push(
+                PAPER.compared("14", at(location), column, Value::printed(printed), ours).noted(AS_DRAWN),
+            );
         }
     }
     Ok(rows)
@@ -105,13 +109,14 @@ pub(super) fn table_13(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> 
         {
             let ours = route.as_ref().map(seconds);
             *sum = sum.zip(ours).map(|(sum, ours)| sum + ours);
-            let row = compared("13", at(location), column, Value::printed(printed), Value::number(ours));
+            let row =
+                PAPER.compared("13", at(location), column, Value::printed(printed), Value::number(ours));
             rows.push(row.noted(AS_DRAWN));
         }
     }
     for ((column, printed), sum) in [WITH, WITHOUT].into_iter().zip(TABLE_13_AVERAGE).zip(sums) {
         let mean = Value::number(sum.map(|sum| sum / TABLE_11.len() as f64));
-        rows.push(compared("13", "average", column, Value::printed(printed), mean).noted(AS_DRAWN));
+        rows.push(PAPER.compared("13", "average", column, Value::printed(printed), mean).noted(AS_DRAWN));
     }
     Ok(rows)
 }

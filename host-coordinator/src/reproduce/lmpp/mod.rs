@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 
 use planning::{grid::Cell, lmpp::Lmpp, memory::DoorSets, rooms::DoorId, search::Workspace};
 
-use super::{Failed, Paper, Row, Value, figure::Figure};
+use super::{Failed, Paper, Row, figure::Figure};
 use crate::site::Site;
 
 /// The paper.
@@ -85,17 +85,6 @@ fn as_run(site: &Site) -> Lmpp {
     }
     sets.pairs.extend([(DoorId(1), DoorId(4)), (DoorId(2), DoorId(4))]);
     Lmpp::with_door_sets(site.grid.clone(), site.moves, site.rooms.clone(), site.targets(), sets)
-}
-
-/// A row whose verdict is computed.
-fn compared(
-    table: &'static str,
-    row: impl Into<String>,
-    column: impl Into<String>,
-    published: Value,
-    ours: Value,
-) -> Row {
-    Row::compared(PAPER.name, table, row, column, published, ours)
 }
 
 /// The note on rows of Tests 1 and 5.

@@ -11,7 +11,7 @@ use planning::{
 };
 
 use super::{
-    Failed, Laboratory, at, compared,
+    Failed, Laboratory, PAPER, at,
     published::{TABLE_4, TABLE_5},
 };
 use crate::reproduce::{Row, Value};
@@ -46,7 +46,7 @@ pub(super) fn table_5(laboratory: &mut Laboratory) -> Result<Vec<Row>, Failed> {
             ("A*, us", astar_s, astar.micros, ELSEWHERE),
             ("LMPP / A*", lmpp_s / astar_s, lmpp.micros / astar.micros, "to every pile that doors lead to"),
         ] {
-            let row = compared("5", at(location), column, Value::Number(printed), Value::Number(ours));
+            let row = PAPER.compared("5", at(location), column, Value::Number(printed), Value::Number(ours));
             rows.push(row.uncompared(note));
         }
         to_all.push([lmpp, astar]);
@@ -96,7 +96,7 @@ fn recall(laboratory: &mut Laboratory, moves: MoveSet, name: &str) -> Result<Vec
         ("longer by at most, %", longest, "of all these ways"),
     ];
     let rows = rows.into_iter().map(|(column, ours, note)| {
-        compared("5", &*row, column, Value::Missing, Value::Number(ours)).uncompared(note)
+        PAPER.compared("5", &*row, column, Value::Missing, Value::Number(ours)).uncompared(note)
     });
     Ok(rows.collect())
 }
@@ -153,7 +153,9 @@ fn medians(row: &str, costs: &[Pair]) -> Vec<Row> {
     ]
     .into_iter()
     .map(|(column, ours)| {
-        compared("5", format!("median, {row}"), column, Value::Missing, Value::Number(ours)).uncompared("")
+        PAPER
+            .compared("5", format!("median, {row}"), column, Value::Missing, Value::Number(ours))
+            .uncompared("")
     })
     .collect()
 }

@@ -33,11 +33,6 @@ pub fn rows(table: &str) -> Result<Vec<Row>, Failed> {
     }
 }
 
-/// A row whose verdict is computed.
-fn compared(table: &'static str, row: &str, column: &str, published: Value, ours: Value) -> Row {
-    Row::compared(PAPER.name, table, row, column, published, ours)
-}
-
 /// A row that has nothing to compare, and why.
 fn uncompared(
     table: &'static str,
@@ -47,5 +42,5 @@ fn uncompared(
     ours: Value,
     note: &str,
 ) -> Row {
-    compared(table, row, column, published, ours).uncompared(note)
+    PAPER.compared(table, row, column, published, ours).uncompared(note)
 }

@@ -3,7 +3,7 @@
 use planning::grid::Cell;
 
 use super::{
-    compared, drive,
+    PAPER, drive,
     measure::{Medians, measure, medians},
     published::{
         Comparison, DELAY_S, INCREMENT_MPS, TABLE_I, TABLE_II, TABLE_III, TABLE_IV, TIME_SAVED_PERCENT,
@@ -42,16 +42,17 @@ pub fn table_i() -> Result<Vec<Row>, Failed> {
     };
     let printed = TABLE_I.map(|(_, nodes, _)| nodes);
     let said = Value::Text("grow".into());
-    let row = compared("I", "(a) to (d)", "nodes as obstacles grow, printed", said.clone(), grow(&printed));
+    let row =
+        PAPER.compared("I", "(a) to (d)", "nodes as obstacles grow, printed", said.clone(), grow(&printed));
     rows.push(row.noted("ours: what the printed nodes do; the text says that they grow"));
-    rows.push(compared("I", "(a) to (d)", "nodes as obstacles grow, ours", said, grow(&ours)));
+    rows.push(PAPER.compared("I", "(a) to (d)", "nodes as obstacles grow, ours", said, grow(&ours)));
     Ok(rows)
 }
 
 /// The delay for a node that the printed nodes and seconds give.
 fn delay(table: &'static str, row: &str, column: &str, nodes: f64, seconds: f64) -> Row {
     let ours = Value::Number(seconds / nodes);
-    let row = compared(table, row, column, Value::printed(DELAY_S), ours);
+    let row = PAPER.compared(table, row, column, Value::printed(DELAY_S), ours);
     row.noted("the delay as the text says it; ours: printed seconds by printed nodes, which do not fit it")
 }
 
@@ -63,7 +64,7 @@ pub fn table_ii() -> Result<Vec<Row>, Failed> {
         |first: f64, last: f64| Value::Text(if last < first { "falls" } else { "does not fall" }.into());
     if let [first, .., last] = ours.as_slice() {
         let ours = change(first.node_ratio, last.node_ratio);
-        rows.push(compared("II", "10 x 10 to 40 x 30", column, Value::Text("falls".into()), ours));
+        rows.push(PAPER.compared("II", "10 x 10 to 40 x 30", column, Value::Text("falls".into()), ours));
     }
     Ok(rows)
 }
@@ -107,7 +108,7 @@ fn comparison(table: &'static str, printed: &Comparison, ours: &Medians) -> Vec<
         [("I / II, printed nodes", node_ratio, nodes), ("I / II, printed time", time_ratio, seconds)]
     {
         let ours = Value::Number(one / other);
-        rows.push(compared(table, map, column, Value::printed(printed), ours).noted(FROM_PRINTED));
+        rows.push(PAPER.compared(table, map, column, Value::printed(printed), ours).noted(FROM_PRINTED));
     }
     rows
 }
@@ -148,7 +149,7 @@ pub fn table_iv() -> Result<Vec<Row>, Failed> {
     let percent = |sum: f64| Value::Number(100.0 * sum / saved.len() as f64);
     let published = Value::printed(TIME_SAVED_PERCENT);
     let printed = percent(saved.iter().map(|&(printed, _)| printed).sum());
-    let row = compared("IV", "mean of both", "time saved, printed, %", published.clone(), printed);
+    let row = PAPER.compared("IV", "mean of both", "time saved, printed, %", published.clone(), printed);
     rows.push(row.noted("the abstract's figure; ours: from the times that the table prints"));
     let ours = percent(saved.iter().map(|&(_, ours)| ours).sum());
     rows.push(uncompared(
@@ -165,7 +166,7 @@ pub fn table_iv() -> Result<Vec<Row>, Failed> {
 /// III.C.2: the increment of a wheel's speed, held against a drive.
 pub fn smoothing() -> Result<Vec<Row>, Failed> {
     let drive = drive::drive()?;
-    let row = compared(
+    let row = PAPER.compared(
         "III.C.2",
         "a drive by the dynamic window approach",
         "largest change of a wheel's speed a tick, m/s",
