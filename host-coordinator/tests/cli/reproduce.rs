@@ -142,7 +142,10 @@ fn mecanums_tables_compare_what_can_be_and_say_why_the_rest_can_not() {
     // The printed ratios of the first row are not those of its numbers.
     let differs: Vec<_> = rows.iter().filter(|row| row["verdict"] == "differs").collect();
     assert!(differs.iter().any(|row| row["row"] == "1/6" && row["column"] == "I / II, printed time"));
-    assert!(differs.iter().all(|row| row["column"].as_str().unwrap().contains("printed")));
+    // Beyond those only what the text says of the improved A* can differ, which times of this run decide.
+    let explained = |row: &serde_json::Value| row["row"] == "all maps" && row["note"] != "";
+    let printed = |row: &serde_json::Value| row["column"].as_str().unwrap().contains("printed");
+    assert!(differs.iter().all(|row| printed(row) || explained(row)), "{differs:?}");
     for row in rows.iter().filter(|row| row["verdict"] == "not-comparable") {
         assert_ne!(row["note"], "", "{row}");
     }

@@ -151,9 +151,19 @@ impl Rrt {
             return Ok(());
         }
         let mut chance = Pcg64Mcg::seed_from_u64(seed);
+        // How large the tree was when it last aimed at the goal: until it has grown, that is in vain again.
+        let mut aimed_with = 0;
         for _ in 0..self.samples {
-            let drawn =
-                if chance.random::<f64>() < self.goal_bias { to } else { any_cell(grid, &mut chance) };
+            let aims = chance.random::<f64>() < self.goal_bias;
+            if aims && tree.len() == aimed_with {
+                continue;
+            }
+            let drawn = if aims {
+                aimed_with = tree.len();
+                to
+            } else {
+                any_cell(grid, &mut chance)
+            };
             let Some(parent) = tree.index.nearest(drawn) else { break };
             let Some(&(start, _)) = tree.nodes.get(parent as usize) else { break };
             let Some(end) = branch_end(grid, start, drawn, self.branch) else { continue };
