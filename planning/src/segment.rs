@@ -21,7 +21,7 @@ use crate::{
 /// What counts as a door, a room or an obstacle; all in cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// The widest opening that is a door. At most twice the reach is used.
+    /// The widest opening that is a door.
     pub door_width: u32,
     /// The fewest cells of a room.
     pub room_area: u32,
@@ -85,7 +85,7 @@ impl<'a> Regions<'a> {
 
         let mut regions = Self { grid, of: vec![NONE; grid.len()], joined: Vec::new() };
         let mut peaks: Vec<f64> = Vec::new();
-        let widest = f64::from(options.door_width.min(2 * options.reach));
+        let widest = f64::from(options.door_width);
         for index in order {
             let here = f64::from(far(index)).sqrt();
             let mut beside = regions.beside(grid.cell(index));

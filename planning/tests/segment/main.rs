@@ -1,10 +1,11 @@
 //! Derived subareas and doors: how good they are on maps whose rooms are known, and that no way is lost.
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
+mod known;
+
 use std::collections::BTreeMap;
 
 use planning::{
-    formats::movingai::read_map,
     grid::{Cell, Grid},
     lmpp::Lmpp,
     memory::Target,
@@ -15,13 +16,18 @@ use planning::{
 };
 use proptest::prelude::*;
 
+use known::Known;
+
+/// Those of `chargehand map` for a MovingAI map, and for cells of 5 cm.
 const OPTIONS: Options = Options { door_width: 10, room_area: 30, clutter_area: 16, reach: 5 };
+const OF_5_CM: Options = Options { door_width: 32, room_area: 800, clutter_area: 200, reach: 20 };
 
 /// For each known room, the intersection over union with the derived subarea that covers most of it.
-fn overlaps(grid: &Grid, known: &Subareas, derived: &Rooms) -> BTreeMap<char, f64> {
+fn overlaps(known: &Known, derived: &Rooms) -> Vec<f64> {
     let (mut rooms, mut areas, mut both) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-    for cell in grid.free_cells() {
-        let (room, area) = (known.find(cell).unwrap(), derived.find_subarea(cell).unwrap());
+    for cell in known.grid.free_cells() {
+        let Some(room) = known.room(cell) else { continue };
+        let area = derived.find_subarea(cell).unwrap();
         *rooms.entry(room).or_insert(0.0) += 1.0;
         *areas.entry(area).or_insert(0.0) += 1.0;
         *both.entry((room, area)).or_insert(0.0) += 1.0;
@@ -30,33 +36,32 @@ fn overlaps(grid: &Grid, known: &Subareas, derived: &Rooms) -> BTreeMap<char, f6
         let shared = both.iter().filter(|((of, _), _)| *of == room);
         shared.map(|((_, area), shared)| shared / (rooms[&room] + areas[area] - shared)).fold(0.0, f64::max)
     };
-    rooms.keys().map(|&room| (known.name(room).unwrap(), best(room))).collect()
+    rooms.keys().map(|&room| best(room)).collect()
 }
 
-/// How many of the known doors have a derived one within `near` cells, and how many of the derived a
-/// known one, as shares of 1.
-fn recall_and_precision(known: &[Cell], derived: &Rooms, near: u32) -> (f64, f64) {
+/// How many of the known doors have a derived one within 5 cells of their line, and how many of the
+/// derived have such a known one, as shares of 1.
+fn recall_and_precision(known: &[Vec<Cell>], derived: &Rooms) -> (f64, f64) {
     let derived: Vec<Cell> = derived.doors().iter().map(|door| door.cell).collect();
-    let met = |these: &[Cell], those: &[Cell]| {
-        let is_near = |a: &Cell, b: &Cell| a.x.abs_diff(b.x).max(a.y.abs_diff(b.y)) <= near;
-        let met = these.iter().filter(|one| those.iter().any(|other| is_near(one, other))).count();
-        met as f64 / these.len() as f64
-    };
-    (met(known, &derived), met(&derived, known))
+    let is_near = |a: &Cell, b: &Cell| a.x.abs_diff(b.x).max(a.y.abs_diff(b.y)) <= 5;
+    let meet = |line: &[Cell], door: &Cell| line.iter().any(|cell| is_near(cell, door));
+    let found = known.iter().filter(|line| derived.iter().any(|door| meet(line, door))).count();
+    let right = derived.iter().filter(|door| known.iter().any(|line| meet(line, door))).count();
+    (found as f64 / known.len() as f64, right as f64 / derived.len().max(1) as f64)
 }
 
-/// Prints the measures and returns them: mean overlap of the rooms, recall and precision of the doors.
-fn evaluate(name: &str, grid: &Grid, known: &Subareas, doors: &[Cell]) -> (f64, f64, f64) {
-    let derived = segment(grid, OPTIONS, &[]);
-    let overlaps = overlaps(grid, known, &derived);
-    let mean = overlaps.values().sum::<f64>() / overlaps.len() as f64;
-    let (recall, precision) = recall_and_precision(doors, &derived, 5);
+/// Divides the map without the doors of its plan, prints the measures and returns them: mean overlap of the rooms, recall and precision of the doors.
+fn evaluate(name: &str, known: &Known, options: Options) -> (f64, f64, f64) {
+    let derived = segment(&known.grid, options, &[]);
+    let overlaps = overlaps(known, &derived);
+    let mean = overlaps.iter().sum::<f64>() / overlaps.len() as f64;
+    let (recall, precision) = recall_and_precision(&known.doors, &derived);
     println!(
         "{name}: {} rooms known, {} derived, mean intersection over union {mean:.3}; {} doors known, {} \
          derived, recall {recall:.3}, precision {precision:.3} within 5 cells",
-        known.iter().count(),
+        overlaps.len(),
         derived.subareas().iter().count(),
-        doors.len(),
+        known.doors.len(),
         derived.doors().len(),
     );
     (mean, recall, precision)
@@ -64,40 +69,45 @@ fn evaluate(name: &str, grid: &Grid, known: &Subareas, doors: &[Cell]) -> (f64, 
 
 #[test]
 fn most_rooms_and_doors_of_fig_7_are_found_as_they_are_drawn() {
-    let grid = read_map(include_str!("../../sites/lmpp-fig7/fig7.map")).unwrap();
-    let known = Subareas::read(include_str!("../../sites/lmpp-fig7/subareas.txt"), &grid).unwrap();
-    // Of the site file, which counts from 1 and upwards.
-    let doors = [(24, 70), (26, 70), (70, 55), (75, 70), (33, 30), (27, 28), (55, 70)];
-    let doors = doors.map(|(x, y)| Cell { x: x - 1, y: 100 - y });
-    let (mean, recall, precision) = evaluate("fig7", &grid, &known, &doors);
+    let (mean, recall, precision) = evaluate("fig7", &known::fig7(), OPTIONS);
     assert!(mean > 0.75 && recall > 0.8 && precision > 0.5);
 }
 
 #[test]
 fn nearly_all_rooms_and_doors_of_a_furnished_office_are_found() {
-    let grid = read_map(include_str!("data/bench/office500.map")).unwrap();
-    // Made of walls in every 36th row and column, with openings of three cells.
-    let is_wall = |place: i32| place % 36 == 0 || place == 499;
-    let name = |place: i32| u32::try_from((place - 1) / 36).unwrap();
-    let mut picture = String::new();
-    let mut doors = Vec::new();
-    for y in 0..500 {
-        for x in 0..500 {
-            let cell = Cell { x, y };
-            let room = name(y) * 14 + name(x);
-            picture.push(if grid.is_free(cell) { char::from_u32(0x4e00 + room).unwrap() } else { '@' });
-            let (along_x, along_y) = (is_wall(y) && !is_wall(x), is_wall(x) && !is_wall(y));
-            let middle = |dx, dy| (-1..=1).all(|step| grid.is_free(cell.offset(dx * step, dy * step)));
-            if along_x && middle(1, 0) || along_y && middle(0, 1) {
-                doors.push(cell);
-            }
-        }
-        picture.push('\n');
-    }
-    let known = Subareas::read(&picture, &grid).unwrap();
-    assert_eq!((known.iter().count(), doors.len()), (196, 286));
-    let (mean, recall, precision) = evaluate("office500", &grid, &known, &doors);
+    let office = known::office500();
+    assert_eq!((office.count(), office.doors.len()), (196, 286));
+    let (mean, recall, precision) = evaluate("office500", &office, OPTIONS);
     assert!(mean > 0.9 && recall > 0.9 && precision > 0.9);
+}
+
+#[test]
+fn rooms_and_doors_of_buildings_that_nothing_was_tuned_on_are_found() {
+    let (mean, recall, precision) = evaluate("office of Open-RMF", &known::rmf_office(), OF_5_CM);
+    assert!(mean > 0.9 && recall > 0.9 && precision > 0.9);
+    let rooms = known::rmf_hotel_rooms();
+    let (mean, recall, precision) = evaluate("hotel of Open-RMF, L2", &rooms, OF_5_CM);
+    assert!(mean > 0.7 && recall > 0.8 && precision > 0.9);
+}
+
+#[test]
+fn doors_wider_than_asked_for_are_none_and_are_found_when_asked_for() {
+    let lobby = known::rmf_hotel_lobby();
+    let (mean, recall, precision) = evaluate("hotel of Open-RMF, L1", &lobby, OF_5_CM);
+    assert!(mean > 0.5 && recall < 0.5 && precision > 0.9);
+    let wide = Options { door_width: 60, ..OF_5_CM };
+    let (mean, recall, precision) = evaluate("hotel of Open-RMF, L1, doors of up to 3 m", &lobby, wide);
+    assert!(mean > 0.9 && recall > 0.8 && precision > 0.8);
+}
+
+#[test]
+fn a_hall_of_screens_is_one_room_unless_its_wide_openings_are_to_be_doors() {
+    let hall = known::access_fig3();
+    let (mean, ..) = evaluate("access-fig3", &hall, OPTIONS);
+    assert!(mean < 0.2, "one room of nine");
+    let wide = Options { door_width: 50, ..OPTIONS };
+    let (mean, ..) = evaluate("access-fig3, doors of up to 50 cells", &hall, wide);
+    assert!(mean > 0.6);
 }
 
 /// Rooms in rows and columns with doors in their walls, and some obstacles.
