@@ -9,7 +9,7 @@
 //! | [`decoder`] | header and body of an intact frame, and damage to it | messages come back as they were; what was changed or repeated is not believed |
 //! | [`r200`] | what a UHF reader sends | only tags that were sent; what follows is read |
 //! | [`mfrc522`] | what an MFRC522 answers on its bus | a bounded poll, no tag that was not sent |
-//! | [`maps`] | a file that is said to be a map | a grid, or an error; what is written is read again |
+//! | [`maps`] | a file that is said to be a map, or queries on one | a grid, or an error; what is written is read again; queries lie on their map |
 //! | [`mod@store`] | what a flash holds, and what is done with it | it loads; what was kept is there; a cut costs the record under way |
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a panic is a finding")]
 

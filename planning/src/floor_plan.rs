@@ -138,7 +138,7 @@ impl FloorPlan {
         if !self.floors.is_empty() {
             self.floors.iter().for_each(|floor| fill(&mut grid, &frame, floor, true));
         } else if !self.walls.is_empty() {
-            (0..grid.len()).for_each(|index| grid.set(grid.cell(index), true));
+            (0..frame.rows as i32).for_each(|y| grid.set_run(y, 0..columns, true));
         } else {
             self.tracks().for_each(|lane| stroke(&mut grid, &frame, lane, scale.lane_m, true));
         }
@@ -222,7 +222,9 @@ fn stroke(grid: &mut Grid, frame: &Frame, [from, to]: [Point; 2], width_m: f64, 
 fn fill(grid: &mut Grid, frame: &Frame, corners: &[Point], free: bool) {
     let corners: Vec<Point> = corners.iter().map(|&corner| frame.units(corner)).collect();
     let mut crossings = Vec::new();
-    for row in 0..frame.rows {
+    let [low, high] = [(f64::min as fn(_, _) -> _, f64::INFINITY), (f64::max, f64::NEG_INFINITY)]
+        .map(|(keep, start)| corners.iter().fold(start, |bound, corner| keep(bound, corner[1])));
+    for row in whole(low, frame.rows)..whole(high + 1.0, frame.rows) {
         let y = f64::from(row) + 0.5;
         crossings.clear();
         for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
@@ -231,11 +233,9 @@ fn fill(grid: &mut Grid, frame: &Frame, corners: &[Point], free: bool) {
             }
         }
         crossings.sort_by(f64::total_cmp);
-        for [left, right] in crossings.as_chunks::<2>().0 {
-            for column in whole((left - 0.5).ceil(), grid.width())..whole((right - 0.5).ceil(), grid.width())
-            {
-                grid.set(cell(column, row, frame), free);
-            }
+        for run in crossings.as_chunks::<2>().0 {
+            let [left, right] = run.map(|edge| whole((edge - 0.5).ceil(), grid.width()));
+            grid.set_run(cell(left, row, frame).y, left..right, free);
         }
     }
 }
@@ -298,6 +298,13 @@ mod tests {
             drawn(&plan),
             ["@@@@@@@@", "@.....@@", "@@@@@@@@"].map(|row| &row[..drawn(&plan)[0].len()])
         );
+    }
+
+    #[test]
+    fn as_many_floors_as_a_small_file_can_name_are_drawn_without_going_through_every_cell_of_each() {
+        let floors = vec![vec![[0.0, 0.0], [4000.0, 0.0], [4000.0, 4000.0], [0.0, 4000.0]]; 250];
+        let layout = FloorPlan { floors, ..FloorPlan::default() }.draw(SCALE).unwrap();
+        assert_eq!(layout.grid.free_cells().count(), 4000 * 4000);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Which cells of a map are free.
 
-use std::fmt;
+use std::{fmt, ops::Range};
 
 /// A cell by column and row, from 0; x to the right and y DOWN, as in MovingAI's files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -74,7 +74,7 @@ impl Grid {
         let words = usize::from(width) / 64 + 1;
         let free = vec![0; words * usize::from(height)];
         let mut grid = Self { width: width.into(), height: height.into(), words, free };
-        (0..grid.len()).for_each(|index| grid.set(grid.cell(index), true));
+        (0..i32::from(height)).for_each(|y| grid.set_run(y, 0..width.into(), true));
         grid
     }
 
@@ -146,8 +146,49 @@ impl Grid {
         }
     }
 
+    /// Frees or blocks the cells of `columns` in row `y`, 64 at once; nothing happens outside the grid.
+    pub fn set_run(&mut self, y: i32, columns: Range<u32>, free: bool) {
+        let (start, end) = (columns.start, columns.end.min(self.width));
+        let Ok(row) = usize::try_from(y) else { return };
+        let row = row.saturating_mul(self.words);
+        let row = self.free.get_mut(row..row.saturating_add(self.words)).unwrap_or_default();
+        // How many bits of the word that begins with `first` are before `column`.
+        let before = |first: u32, column: u32| column.saturating_sub(first).min(64);
+        let lowest = |bits: u32| u64::MAX.checked_shr(64 - bits).unwrap_or(0);
+        for (word, first) in row.iter_mut().zip((0..).step_by(64)).skip(start as usize / 64) {
+            let mask = lowest(before(first, end)) & !lowest(before(first, start));
+            if mask == 0 {
+                break;
+            }
+            *word = if free { *word | mask } else { *word & !mask };
+        }
+    }
+
     /// The free cells, row by row.
     pub fn free_cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..self.len()).map(|index| self.cell(index)).filter(|&cell| self.is_free(cell))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_run_is_set_as_its_cells_one_by_one(
+            width in 1_u32..200, y in -1..3, columns in (0_u32..210, 0_u32..210), free: bool, before: [u64; 8],
+        ) {
+            let mut grid = Grid::blocked(width, 2).unwrap();
+            for index in 0..grid.len() {
+                grid.set(grid.cell(index), before[index / 64] >> (index % 64) & 1 == 1);
+            }
+            let mut expected = grid.clone();
+            (columns.0..columns.1).for_each(|x| expected.set(Cell { x: x as i32, y }, free));
+            grid.set_run(y, columns.0..columns.1, free);
+            prop_assert_eq!(grid, expected);
+        }
     }
 }

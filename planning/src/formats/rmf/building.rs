@@ -84,11 +84,11 @@ pub fn read(text: &str) -> Result<Vec<FloorPlan>, RmfError> {
     let named = named.and_then(|name| building.levels.get_key_value(name));
     let (reference, level) = named.or_else(|| building.levels.first_key_value()).ok_or(RmfError::NoLevel)?;
     let scale = if metric { 1.0 } else { scale(reference, level)? };
+    // The first of those with the same name.
+    let named = level.fiducials.iter().rev().filter(|(.., id)| !id.is_empty());
+    let known: BTreeMap<_, _> = named.map(|(x, y, id)| (id, [x * scale, y * scale])).collect();
     let plan = |(name, own): (&String, &Level)| {
-        let pairs = own.fiducials.iter().filter_map(|(x, y, id)| {
-            let same = level.fiducials.iter().find(|other| !id.is_empty() && other.2 == *id)?;
-            Some(([*x, *y], [same.0 * scale, same.1 * scale]))
-        });
+        let pairs = own.fiducials.iter().filter_map(|(x, y, id)| Some(([*x, *y], *known.get(id)?)));
         let over = Similarity::between(&pairs.collect::<Vec<_>>()).filter(|_| !metric && name != reference);
         let to_metres = match over {
             Some(over) => over,
@@ -245,6 +245,16 @@ levels:
         assert_eq!((ground.walls.len(), ground.floors[0].len()), (1, 4));
         let [x, y] = upper.places[0].at_m;
         assert!((x - 10.0).abs() < 1e-9 && y.abs() < 1e-9, "laid over the ground floor: ({x}, {y})");
+    }
+
+    #[test]
+    fn of_fiducials_with_one_name_the_first_counts_and_none_without_a_name() {
+        let more = TWO_LEVELS.replacen("[100, 0, b]]", "[100, 0, b], [7, 7, b], [3, 3, \"\"]]", 1).replacen(
+            "[10, 220, b]]",
+            "[10, 220, b], [9, 9, \"\"]]",
+            1,
+        );
+        assert_eq!(read(&more), read(TWO_LEVELS));
     }
 
     #[test]
