@@ -13,9 +13,9 @@ use protocol::{DurationMs, EnergyJ, PileId, RobotId, TagId};
 
 use crate::{
     diagnostics::{Diagnostic, Diagnostics},
-    document::{self, Document, Section, flag, number, one_of, parsed, text, whole},
+    document::{self, Document, Section, flag, number, parsed, text, whole},
     keys::Keys,
-    selection::Rule,
+    selection::PolicyName,
     site::Site,
 };
 
@@ -68,8 +68,8 @@ impl Default for Listen {
 /// How the coordinator decides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Policy {
-    /// Which reading of LMPP eq. 9 chooses a pile.
-    pub rule: Rule,
+    /// How piles are chosen for robots that wait.
+    pub choose: PolicyName,
     /// Doors whose congestion exceeds this are not used (LMPP's theta, eq. 11); from 1 on all
     /// doors are.
     pub theta: f64,
@@ -81,7 +81,7 @@ pub struct Policy {
 
 impl Default for Policy {
     fn default() -> Self {
-        Self { rule: Rule::Corrected, theta: 1.0, q_threshold: 0.9, lease: DurationMs(60_000) }
+        Self { choose: PolicyName::default(), theta: 1.0, q_threshold: 0.9, lease: DurationMs(60_000) }
     }
 }
 
@@ -96,7 +96,12 @@ pub struct RobotConfig {
     pub full: EnergyJ,
     /// The energy it takes to drive a metre, in joules; more than 0.
     pub energy_per_metre_j: f32,
+    /// How fast it drives, in metres a second; more than 0.
+    pub speed_mps: f32,
 }
+
+/// How fast a robot drives whose configuration does not say so, in metres a second.
+pub const USUAL_SPEED_MPS: f32 = 0.5;
 
 impl Config {
     /// Reads the configuration in `file` and the site that it names.
@@ -175,11 +180,11 @@ fn listen(mut section: Section<'_>) -> Listen {
 }
 
 fn policy(mut section: Section<'_>) -> Policy {
-    const RULES: &[(&str, Rule)] = &[("corrected", Rule::Corrected), ("paper-literal", Rule::PaperLiteral)];
+    const NAMES: &str = "\"joint\", \"lmpp\", \"lmpp-literal\", \"access\" or \"nearest\"";
     let default = Policy::default();
     let lease_s = section.optional("lease_s", &number(5.0..=86_400.0));
     Policy {
-        rule: section.optional("rule", &one_of(RULES)).unwrap_or(default.rule),
+        choose: section.optional("choose", &parsed(NAMES)).unwrap_or(default.choose),
         theta: section.optional("theta", &number(0.0..=f64::INFINITY)).unwrap_or(default.theta),
         q_threshold: section.optional("q_threshold", &number(0.0..=1.0)).unwrap_or(default.q_threshold),
         lease: lease_s.map_or(default.lease, |seconds| DurationMs::from_seconds(seconds as f32)),
@@ -194,6 +199,7 @@ fn robots(sections: Vec<Section<'_>>) -> Vec<RobotConfig> {
         let tag = section.required("tag", &parsed("a tag of 24 hexadecimal digits in quotes"));
         let full = section.required("full_j", &number(1.0..=EnergyJ::MAX.get().into()));
         let energy_per_metre_j = section.required("energy_per_metre_j", &number(0.001..=1.0e6));
+        let speed_mps = section.optional("speed_mps", &number(0.01..=100.0));
         if let Some(id) = id.filter(|id| ids.contains(id)) {
             section.mistake("id", format!("robot {id} is there twice"), "one [[robot]] for each robot");
         }
@@ -204,7 +210,8 @@ fn robots(sections: Vec<Section<'_>>) -> Vec<RobotConfig> {
         tags.extend(tag);
         if let (Some(id), Some(tag), Some(full), Some(per_metre)) = (id, tag, full, energy_per_metre_j) {
             let full = EnergyJ::clamped(full as f32);
-            robots.push(RobotConfig { id, tag, full, energy_per_metre_j: per_metre as f32 });
+            let speed_mps = speed_mps.map_or(USUAL_SPEED_MPS, |speed| speed as f32);
+            robots.push(RobotConfig { id, tag, full, energy_per_metre_j: per_metre as f32, speed_mps });
         }
     }
     robots

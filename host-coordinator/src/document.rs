@@ -228,16 +228,6 @@ pub fn parsed<T: FromStr + 'static>(expected: &str) -> Kind<T> {
     Kind::new(expected, |value| value.as_str()?.parse().ok())
 }
 
-/// One of a few words.
-#[must_use]
-pub fn one_of<T: Copy + 'static>(choices: &'static [(&'static str, T)]) -> Kind<T> {
-    let words: Vec<_> = choices.iter().map(|(word, _)| format!("\"{word}\"")).collect();
-    Kind::new(words.join(" or "), |value| {
-        let text = value.as_str()?;
-        choices.iter().find(|(word, _)| *word == text).map(|&(_, choice)| choice)
-    })
-}
-
 /// True or false.
 #[must_use]
 pub fn flag() -> Kind<bool> {

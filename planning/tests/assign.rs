@@ -140,3 +140,30 @@ fn rows_and_columns_outside_are_ignored() {
     assignment.set_column(1, |_| None);
     assert_eq!((assignment.of_row(0), assignment.of_row(9), assignment.of_column(9)), (Some(0), None, None));
 }
+
+proptest! {
+    #[test]
+    fn a_pair_that_becomes_cheaper_by_less_than_its_margin_improves_nothing(
+        (mut costs, columns) in matrices(6, 6), row in any::<Index>(), column in any::<Index>(),
+    ) {
+        prop_assume!(!costs.is_empty() && columns > 0);
+        let (row, column) = (row.index(costs.len()), column.index(columns));
+        let before = solved(&costs, columns);
+        let margin = before.margin(row, column);
+        prop_assert_eq!(margin.is_some(), costs[row][column].is_some());
+        let Some(cost) = costs[row][column] else { return Ok(()) };
+        let margin = margin.unwrap_or_default();
+        if before.of_row(row) == Some(column) {
+            prop_assert_eq!(margin, 0);
+        }
+        let cheaper = u64::from(cost).min(margin);
+        costs[row][column] = Some(cost - PairCost::try_from(cheaper).unwrap());
+        prop_assert_eq!(outcome(&solved(&costs, columns), &costs), outcome(&before, &costs_before(&costs, row, column, cost)));
+    }
+}
+
+fn costs_before(costs: &Costs, row: usize, column: usize, cost: PairCost) -> Costs {
+    let mut before = costs.clone();
+    before[row][column] = Some(cost);
+    before
+}

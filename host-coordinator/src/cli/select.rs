@@ -3,7 +3,7 @@
 use std::{fs, path::PathBuf};
 
 use host_coordinator::{
-    selection::{Choice, PileStage, Rule, choose},
+    selection::{Choice, Rule, choose},
     site::Site,
 };
 
@@ -95,14 +95,10 @@ fn text(choice: &Choice) -> String {
         .explanations
         .iter()
         .map(|row| {
-            let stage = match row.stage {
-                PileStage::Idle => "idle",
-                PileStage::AlmostCharged => "almost charged",
-                PileStage::Unusable => "unusable",
-            };
+            let stage = row.stage.name().replace('_', " ");
             let probability = format!("{:.3}", row.probability);
             let distance = row.distance.map_or("-".into(), |distance| format!("{distance:.2}"));
-            let fields = [row.pile.to_string(), stage.into(), distance, probability];
+            let fields = [row.pile.to_string(), stage, distance, probability];
             let [pile, stage, distance, probability] = fields;
             [pile, stage, distance, probability, number(row.score), row.verdict.to_string()]
         })

@@ -21,6 +21,7 @@ use super::{
 };
 use crate::{
     config::{Policy, RobotConfig},
+    selection::ChargingPolicy,
     site::Site,
 };
 
@@ -71,6 +72,7 @@ pub struct Step {
 pub struct Coordinator {
     pub(super) site: Arc<Site>,
     pub(super) policy: Policy,
+    pub(super) chooser: Box<dyn ChargingPolicy>,
     pub(super) robots: BTreeMap<RobotId, RobotConfig>,
     pub(super) state: State,
     pub(super) observed: Observed,
@@ -109,6 +111,7 @@ impl Coordinator {
             site_view: Arc::new(SiteView::new(&site, |door| routes.is_open(door))),
             routes,
             site,
+            chooser: policy.choose.policy(policy.q_threshold),
             policy,
             robots: robots.iter().map(|robot| (robot.id, *robot)).collect(),
             state: State::fold(events),

@@ -34,6 +34,7 @@ impl Coordinator {
         let seen = self.observed.piles.entry(pile).or_default();
         let before = seen.report.replace(report).map(|before| before.row.availability);
         if before != Some(report.row.availability) {
+            seen.since = turn.now;
             self.observed.queue_is_due = true;
         }
         for named in [report.holder, report.ended.map(|ended| ended.lease)].into_iter().flatten() {
@@ -295,12 +296,18 @@ impl Coordinator {
         let lost = self.state.stranded.contains(&robot) || self.observed.robot_is_silent(robot, turn.now);
         match availability {
             Some(Availability::Free) if !lost => self.grant(turn, pile, robot),
-            Some(Availability::Charging | Availability::Done | Availability::Reserved) if !lost => {}
+            Some(Availability::Charging | Availability::Reserved) if !lost => {}
+            Some(Availability::Done) if !lost && !self.is_blocked(pile, turn.now) => {}
             None if unheard && !self.observed.pile_is_silent(pile, turn.now) => {}
             _ => {
                 self.record(turn, Fact::NextReleased { pile, robot });
                 self.observed.queue_is_due = true;
             }
         }
+    }
+
+    /// Whether a charged robot does not leave a pile.
+    fn is_blocked(&self, pile: PileId, now: SiteMillis) -> bool {
+        self.observed.piles.get(&pile).is_some_and(|seen| now.since(seen.since) > super::ROBOT_PATIENCE)
     }
 }

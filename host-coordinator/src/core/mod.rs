@@ -15,9 +15,12 @@
 //! | [`coordinator`] | the step: who is heard and what it means |
 //! | `grants` | leases: granted, extended, taken back, ended |
 //! | `queue` | robots that ask: who waits, who is given which pile, what they are told |
+//! | `situation` | what is known of all robots that wait, as the policies take it |
+//! | [`consumption`] | what a robot is seen to take for a metre |
 //! | [`routes`] | ways and their lengths (LMPP Algorithm 6) |
 //! | [`view`] | what a person sees; its map is drawn in `site_view` |
 
+pub mod consumption;
 pub mod coordinator;
 pub mod decision;
 pub mod event;
@@ -26,6 +29,7 @@ pub mod observed;
 mod queue;
 pub mod routes;
 mod site_view;
+mod situation;
 pub mod state;
 pub mod view;
 

@@ -10,7 +10,7 @@ use protocol::{
     RobotState, Sequence, SiteMillis, limits,
 };
 
-use super::routes::Lengths;
+use super::{consumption::Consumption, routes::Ways};
 
 /// Everything heard.
 #[derive(Debug, Default)]
@@ -74,6 +74,8 @@ pub struct SeenPile {
     pub contact: Contact,
     /// Its last report since its start.
     pub report: Option<PileState>,
+    /// Since when it has reported the availability of its last report.
+    pub since: SiteMillis,
     /// When it was last sent a command.
     pub commanded_at: Option<SiteMillis>,
 }
@@ -95,8 +97,10 @@ pub struct SeenRobot {
     pub told: Option<(Told, SiteMillis)>,
     /// The route of its assignment.
     pub route: Option<Route>,
-    /// The lengths of its ways from the cell where it was last.
-    pub lengths: Option<(Cell, Lengths)>,
+    /// Its ways to all piles from the cell where it was when they were last wanted.
+    pub ways: Option<(Cell, Ways)>,
+    /// What it was seen to take for a metre.
+    pub consumption: Consumption,
 }
 
 /// What a robot can be told.
@@ -203,6 +207,9 @@ impl Observed {
 impl SeenRobot {
     /// Takes a report in.
     pub fn hear(&mut self, now: SiteMillis, report: RobotState) {
+        if let Some(before) = self.report {
+            self.consumption.learn(&before, &report);
+        }
         self.last = Some((report.position, report.energy));
         if report.activity == Activity::Working {
             self.working_since.get_or_insert(now);

@@ -1,24 +1,21 @@
 //! Robots that ask: who waits, who is given which pile, and what they are told.
 //!
-//! A request is never dropped. It waits, first come first served, is tried again at every change,
-//! and is closed by a complete charge or by its robot, which goes back to work.
+//! A request is never dropped. It waits, is tried again together with all others at every change, by the
+//! policy that is configured ([`selection::policy`](crate::selection::policy)), and is closed by a complete charge or by its robot, which goes back to work.
 
-use firmware_pile::charge;
 use protocol::{
-    Assignment, Availability, BootEpoch, ChargeRequest, DeviceId, EnergyJ, Message, PileId, Position,
-    RobotId, SiteMillis, Unassigned, UnassignedReason, limits,
+    Assignment, Availability, BootEpoch, ChargeRequest, DeviceId, Message, PileId, RobotId, SiteMillis,
+    Unassigned, UnassignedReason, limits,
 };
 
 use super::{
-    PILE,
     coordinator::{Coordinator, Turn},
     decision::Decision,
     event::Fact,
     observed::{Route, Told},
-    routes::Lengths,
     state::{Phase, Place, Request},
 };
-use crate::selection::{self, Candidate, activity, reach};
+use crate::selection::{Asker, Choice};
 
 impl Coordinator {
     /// A robot asks. Its frames come in order, so another number than before is a new request.
@@ -75,36 +72,33 @@ impl Coordinator {
         }
         observed.queue_is_due = false;
         observed.queue_served_at = turn.now;
-        let mut waiting: Vec<_> =
-            self.state.requests.iter().filter(|(_, of)| of.place == Place::Waiting).collect();
-        waiting.sort_by_key(|(robot, request)| (request.asked_at, **robot));
-        let waiting: Vec<_> = waiting.into_iter().map(|(robot, request)| (*robot, *request)).collect();
-        for (robot, request) in waiting {
-            let lost = self.observed.robot_is_silent(robot, turn.now);
-            if !lost && !self.state.stranded.contains(&robot) {
-                self.serve(turn, robot, &request);
-            }
+        let waiting = self.state.requests.iter().filter(|(_, of)| of.place == Place::Waiting);
+        let waiting: Vec<_> = waiting.map(|(robot, request)| (*robot, *request)).collect();
+        let can_come = |(robot, _): &(RobotId, Request)| {
+            !self.observed.robot_is_silent(*robot, turn.now) && !self.state.stranded.contains(robot)
+        };
+        let waiting: Vec<_> = waiting.into_iter().filter(can_come).collect();
+        let situation = self.situation(turn, &waiting);
+        let choices = self.chooser.choose(&situation);
+        for (asker, choice) in situation.askers.iter().zip(choices) {
+            self.follow(turn, asker, &choice);
         }
     }
 
-    fn serve(&mut self, turn: &mut Turn, robot: RobotId, request: &Request) {
-        let Some(config) = self.robots.get(&robot).copied() else { return };
-        let seen = self.observed.robots.get(&robot).and_then(|seen| seen.last);
-        let (position, energy) = seen.unwrap_or((request.position, request.energy));
-        let lengths = self.lengths(turn, robot, position);
-        let lacking = EnergyJ::clamped(config.full.get() - energy.get());
-        let candidates = self.candidates(robot, lacking, &lengths, turn.now);
-        let reach = reach::reach_cells(energy, config.energy_per_metre_j, self.site.resolution_m);
-        let choice = selection::choose(&candidates, reach, self.policy.q_threshold, self.policy.rule);
+    /// Does what was chosen for a robot.
+    fn follow(&mut self, turn: &mut Turn, asker: &Asker, choice: &Choice) {
+        let robot = asker.robot;
+        let Some(request) = self.state.requests.get(&robot).copied() else { return };
         if choice.chosen.is_some() || !request.decided {
             let id = self.state.next_decision;
-            let decision = Decision::new(id, turn.now, robot, request.id, reach, &choice);
+            let decision = Decision::new(id, turn.now, request.id, self.policy.choose, asker, choice);
             self.record(turn, Fact::Decided(decision));
         }
         let Some(pile) = choice.chosen else {
-            let reachable = lengths.values().any(|length| *length <= reach);
+            let mut offers = asker.offers.iter().filter_map(|offer| offer.candidate.distance);
+            let reachable = offers.any(|length| length <= asker.reach);
             let reason = if reachable { UnassignedReason::AllTaken } else { UnassignedReason::OutOfReach };
-            self.tell_to_wait(turn, robot, request, reason);
+            self.tell_to_wait(turn, robot, &request, reason);
             return;
         };
         if self.availability(pile, turn.now) == Some(Availability::Free) {
@@ -112,60 +106,6 @@ impl Coordinator {
         } else {
             self.record(turn, Fact::NextReserved { pile, robot });
         }
-    }
-
-    /// The lengths of a robot's ways to all piles; none from a place where no robot can be.
-    fn lengths(&mut self, turn: &mut Turn, robot: RobotId, position: Position) -> Lengths {
-        let Some(cell) = self.site.cell_of(position).filter(|cell| self.site.grid.is_free(*cell)) else {
-            turn.warn(format!(
-                "robot {robot} says that it stands in a wall or outside the map, where no way begins: \
-                 is its localisation lost?"
-            ));
-            return Lengths::new();
-        };
-        let known = self.observed.robots.get(&robot).and_then(|seen| seen.lengths.clone());
-        if let Some((_, lengths)) = known.filter(|(of, _)| *of == cell) {
-            return lengths;
-        }
-        let lengths = self.routes.lengths(cell);
-        self.observed.robots.entry(robot).or_default().lengths = Some((cell, lengths.clone()));
-        lengths
-    }
-
-    fn candidates(
-        &self,
-        robot: RobotId,
-        lacking: EnergyJ,
-        lengths: &Lengths,
-        now: SiteMillis,
-    ) -> Vec<Candidate> {
-        let candidate = |pile: &crate::site::SitePile| {
-            let planned = charge::planned_time([lacking], pile.power_w, PILE.eta);
-            let period = activity::period(now, planned, PILE.period, PILE.periods);
-            let report = self.observed.report(pile.id, now);
-            Candidate {
-                pile: pile.id,
-                availability: self.availability(pile.id, now),
-                remaining: report.map_or(0.0, |report| report.row.remaining.get().into()),
-                distance: lengths.get(&pile.id).copied(),
-                probability: self.state.pass_frequency(robot, period, pile.id),
-            }
-        };
-        self.site.piles.iter().map(candidate).collect()
-    }
-
-    /// What a pile can be used for: what it reports, and what was promised since.
-    pub(super) fn availability(&self, pile: PileId, now: SiteMillis) -> Option<Availability> {
-        let reported = self.observed.report(pile, now)?.row.availability;
-        let promised = self.state.next(pile).is_some();
-        let lease = self.state.lease(pile);
-        Some(match reported {
-            Availability::Free if lease.is_some() || promised => Availability::Reserved,
-            Availability::Charging if promised || lease.is_some_and(|lease| !lease.is_wanted()) => {
-                Availability::Reserved
-            }
-            reported => reported,
-        })
     }
 
     /// Tells every robot that asked where to go, until it goes there, or that it must wait.

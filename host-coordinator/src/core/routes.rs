@@ -8,13 +8,25 @@ use protocol::PileId;
 
 use crate::site::Site;
 
-/// The lengths of a robot's ways in cells; a pile that no way leads to is not there.
-pub type Lengths = BTreeMap<PileId, f64>;
+/// A robot's ways; a pile that no way leads to is not there.
+pub type Ways = BTreeMap<PileId, Way>;
+
+/// A way to a pile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way {
+    /// Its length in cells.
+    pub length: f64,
+    /// The congestion of all doors on it together (LMPP's rho, eq. 11).
+    pub congestion: f64,
+}
 
 /// Plans ways, with the memory of the site's paths.
 #[derive(Debug)]
 pub struct Routes {
     lmpp: Lmpp,
+    congestion: BTreeMap<DoorId, f64>,
+    /// The lengths of the ways from every pile to every pile, in cells.
+    between: BTreeMap<PileId, BTreeMap<PileId, f64>>,
 }
 
 impl Routes {
@@ -22,7 +34,13 @@ impl Routes {
     #[must_use]
     pub fn new(mut memory: Lmpp, site: &Site, theta: f64) -> Self {
         memory.close(site.doors_to_avoid(theta));
-        Self { lmpp: memory }
+        let congestion = site.congestion.iter().copied().collect();
+        let mut this = Self { lmpp: memory, congestion, between: BTreeMap::new() };
+        for pile in &site.piles {
+            let lengths = this.ways(pile.cell).into_iter().map(|(to, way)| (to, way.length));
+            this.between.insert(pile.id, lengths.collect());
+        }
+        this
     }
 
     /// Whether ways may lead through a door.
@@ -31,11 +49,32 @@ impl Routes {
         !self.lmpp.closed().contains(&door)
     }
 
-    /// The lengths of the ways from `from` to all piles.
-    pub fn lengths(&self, from: Cell) -> Lengths {
+    /// The ways from `from` to all piles.
+    #[must_use]
+    pub fn ways(&self, from: Cell) -> Ways {
         // A robot that is nowhere has no way.
-        let Ok(survey) = self.lmpp.survey(from) else { return Lengths::new() };
-        survey.lengths().map(|(pile, length)| (PileId(pile), length.units())).collect()
+        let Ok(survey) = self.lmpp.survey(from) else { return Ways::new() };
+        let congestion = |door: &DoorId| self.congestion.get(door).copied().unwrap_or(0.0);
+        let ways = survey.lengths().map(|(pile, length)| {
+            let congestion = survey.doors_to(pile).iter().map(congestion).sum();
+            (PileId(pile), Way { length: length.units(), congestion })
+        });
+        ways.collect()
+    }
+
+    /// How far it is from a pile to where a robot is wanted, in cells: the mean over the piles near which it
+    /// is wanted, weighted by how often. None if it is wanted nowhere that a way leads to.
+    #[must_use]
+    pub fn expected_from(
+        &self,
+        pile: PileId,
+        wanted: impl IntoIterator<Item = (PileId, f64)>,
+    ) -> Option<f64> {
+        let from = self.between.get(&pile)?;
+        let ways = wanted.into_iter().filter_map(|(to, weight)| Some((*from.get(&to)?, weight)));
+        let (length, weight) =
+            ways.fold((0.0, 0.0), |(length, all), (way, weight)| (length + way * weight, all + weight));
+        (weight > 0.0).then(|| length / weight)
     }
 
     /// The cells where the way from `from` to a pile turns, both ends included.

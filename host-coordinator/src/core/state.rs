@@ -214,6 +214,12 @@ impl State {
         crate::selection::activity::frequency(passes, counts.values().sum())
     }
 
+    /// Near which piles `robot` is wanted in a period, and how often (LMPP's K).
+    pub fn wanted_at(&self, robot: RobotId, period: u16) -> impl Iterator<Item = (PileId, f64)> {
+        let counts = self.passes.get(&(robot, period));
+        counts.into_iter().flatten().map(|(pile, passes)| (*pile, *passes as f64))
+    }
+
     /// Takes one event in. An event that names what is not there changes nothing.
     pub fn apply(&mut self, event: &Event) {
         let at = event.at;

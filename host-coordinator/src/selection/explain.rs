@@ -3,22 +3,24 @@
 
 use std::fmt;
 
-use protocol::{Availability, PileId};
+use protocol::{Availability, PileId, RobotId};
 use serde::Serialize;
 
+use super::situation::Times;
+
 /// A pile chosen among others, or none, and why.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Choice {
     /// The pile the robot should use; none if it must wait or be fetched.
     pub chosen: Option<PileId>,
-    /// Which case of eq. 9 decided.
+    /// By which rule: for LMPP, which case of eq. 9 decided.
     pub stage: Stage,
     /// One for every candidate, in the order given.
     pub explanations: Vec<Explanation>,
 }
 
-/// The case of LMPP eq. 9 that decided.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// The rule that decided; the first three are the cases of LMPP eq. 9.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// Every idle pile is within reach: the one near the robot's work wins.
@@ -27,8 +29,31 @@ pub enum Stage {
     ReachSome,
     /// No idle pile is within reach, an almost charged one is.
     AlmostCharged,
+    /// The nearest free pile wins.
+    Nearest,
+    /// The pile is part of what is cheapest for all robots that wait.
+    Together,
+    /// So is an occupied pile for which it is too early to set off.
+    Later,
     /// Nothing is within reach.
+    #[default]
     None,
+}
+
+impl Stage {
+    /// One word for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ReachAll => "reach_all",
+            Self::ReachSome => "reach_some",
+            Self::AlmostCharged => "almost_charged",
+            Self::Nearest => "nearest",
+            Self::Together => "together",
+            Self::Later => "later",
+            Self::None => "none",
+        }
+    }
 }
 
 impl fmt::Display for Stage {
@@ -37,6 +62,9 @@ impl fmt::Display for Stage {
             Self::ReachAll => "every idle pile is within reach",
             Self::ReachSome => "some idle piles are within reach",
             Self::AlmostCharged => "only almost charged piles are within reach",
+            Self::Nearest => "the nearest free pile",
+            Self::Together => "the least time away from work for all robots that wait",
+            Self::Later => "it is best to wait for a pile that is still occupied",
             Self::None => "no usable pile is within reach",
         })
     }
@@ -50,7 +78,9 @@ pub enum PileStage {
     Idle,
     /// Charging a robot that is almost done: LMPP's Q2.
     AlmostCharged,
-    /// In neither set.
+    /// Occupied, and promised to nobody: it can be the robot's next.
+    NextOpen,
+    /// In none of them.
     Unusable,
 }
 
@@ -61,6 +91,7 @@ impl PileStage {
         match self {
             Self::Idle => "idle",
             Self::AlmostCharged => "almost_charged",
+            Self::NextOpen => "next_open",
             Self::Unusable => "unusable",
         }
     }
@@ -80,8 +111,45 @@ pub struct Explanation {
     pub probability: f64,
     /// What eq. 9 gives it; none if it was not ranked.
     pub score: Option<f64>,
+    /// What it would cost the robot in time; none if the policy does not ask, or it can't have it.
+    pub times: Option<Times>,
     /// Why it was or was not chosen.
     pub verdict: Verdict,
+}
+
+impl Explanation {
+    /// What would have had to be different for this pile to be chosen; none where nothing near would do.
+    #[must_use]
+    pub fn unless(&self) -> Option<String> {
+        match self.verdict {
+            Verdict::Farther { by, .. } => Some(format!("if it were {by:.1} cells nearer")),
+            Verdict::Costlier { by_s, .. } => {
+                Some(format!("if it took the robot {by_s:.1} s less, by its way, its wait or its charge"))
+            }
+            Verdict::NotYet { free_in_s } => {
+                let way_s = self.times.map(|times| times.way_s())?;
+                Some(format!(
+                    "if it were free in {way_s:.0} s, not {free_in_s:.0}, or the robot farther away"
+                ))
+            }
+            Verdict::OutOfReach { reach } => {
+                let lacks = self.distance? - reach;
+                Some(format!("if the robot got {lacks:.1} cells farther"))
+            }
+            Verdict::StillCharging { .. } | Verdict::Taken(Availability::Done | Availability::Reserved) => {
+                Some("if it were free".to_owned())
+            }
+            Verdict::Given { to } => Some(format!("if robot {to} did not wait, or came later")),
+            Verdict::Unknown => Some("if it could be heard".to_owned()),
+            Verdict::Taken(Availability::Fault) => Some("if it were mended".to_owned()),
+            Verdict::Chosen
+            | Verdict::Outscored { .. }
+            | Verdict::Tied { .. }
+            | Verdict::NoPath
+            | Verdict::IdleInReach
+            | Verdict::Taken(Availability::Free | Availability::Charging) => None,
+        }
+    }
 }
 
 /// Why a pile was or was not chosen.
@@ -93,6 +161,30 @@ pub enum Verdict {
     Outscored {
         /// The chosen pile.
         by: PileId,
+    },
+    /// Another pile is nearer.
+    Farther {
+        /// The chosen pile.
+        than: PileId,
+        /// How much nearer that is, in cells.
+        by: f64,
+    },
+    /// Another pile for this robot, or another robot for this pile, takes less time for all together.
+    Costlier {
+        /// By so much it would have to take this robot less time, at least, in seconds.
+        by_s: f64,
+        /// Who gets it instead.
+        to: Option<RobotId>,
+    },
+    /// It is the best for the robot, which does not have to set off yet.
+    NotYet {
+        /// When it is free, in seconds from now.
+        free_in_s: f64,
+    },
+    /// Another robot that waits is served before and gets it.
+    Given {
+        /// Who.
+        to: RobotId,
     },
     /// The chosen pile has the same score and is nearer, or as near with a lower number.
     Tied {
@@ -126,6 +218,10 @@ impl Verdict {
         match self {
             Self::Chosen => "chosen",
             Self::Outscored { .. } => "outscored",
+            Self::Farther { .. } => "farther",
+            Self::Costlier { .. } => "costlier",
+            Self::NotYet { .. } => "not_yet",
+            Self::Given { .. } => "given",
             Self::Tied { .. } => "tied",
             Self::OutOfReach { .. } => "out_of_reach",
             Self::NoPath => "no_path",
@@ -145,6 +241,17 @@ impl fmt::Display for Verdict {
         match self {
             Self::Chosen => f.write_str("chosen"),
             Self::Outscored { by } => write!(f, "pile {by} has a higher score"),
+            Self::Farther { than, by } => write!(f, "pile {than} is {by:.1} cells nearer"),
+            Self::Costlier { by_s, to: None } => {
+                write!(f, "takes at least {by_s:.1} s too long for this robot")
+            }
+            Self::Costlier { by_s, to: Some(robot) } => {
+                write!(f, "saves more for robot {robot}, by at least {by_s:.1} s")
+            }
+            Self::NotYet { free_in_s } => {
+                write!(f, "the best, and free in {free_in_s:.0} s: the robot need not set off yet")
+            }
+            Self::Given { to } => write!(f, "given to robot {to}, which comes first"),
             Self::Tied { with } => {
                 write!(f, "pile {with} has the same score and is nearer, or as near with a lower number")
             }
@@ -171,14 +278,19 @@ struct Row {
     distance: Option<f64>,
     probability: f64,
     score: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    times: Option<Times>,
     verdict: &'static str,
     reason: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unless: Option<String>,
 }
 
 impl From<Explanation> for Row {
     fn from(explanation: Explanation) -> Self {
-        let Explanation { pile, stage, distance, probability, score, verdict } = explanation;
-        let (reason, verdict) = (verdict.to_string(), verdict.name());
-        Self { pile, stage, distance, probability, score, verdict, reason }
+        let Explanation { pile, stage, distance, probability, score, times, verdict } = explanation;
+        let (reason, unless) = (verdict.to_string(), explanation.unless());
+        let verdict = verdict.name();
+        Self { pile, stage, distance, probability, score, times, verdict, reason, unless }
     }
 }

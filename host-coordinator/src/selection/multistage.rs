@@ -6,7 +6,12 @@
 
 use protocol::{Availability, PileId};
 
-use super::explain::{Choice, Explanation, PileStage, Stage, Verdict};
+use super::{
+    explain::{Choice, Explanation, PileStage, Stage, Verdict},
+    nearest::{Order, in_turn},
+    policy::ChargingPolicy,
+    situation::Situation,
+};
 
 /// Which reading of eq. 9 is meant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,6 +38,23 @@ pub struct Candidate {
     pub distance: Option<f64>,
     /// The probability that the robot is active near it after the charge, 0 to 1 (p, eq. 5).
     pub probability: f64,
+}
+
+/// LMPP's choice for one robot after the other, as they asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Multistage {
+    /// Which reading of eq. 9.
+    pub rule: Rule,
+    /// How much of a charge counts as almost all of it (q_th), 0 to 1.
+    pub q_threshold: f64,
+}
+
+impl ChargingPolicy for Multistage {
+    fn choose(&self, situation: &Situation) -> Vec<Choice> {
+        in_turn(situation, Order::Asked, |asker, candidates| {
+            choose(candidates, asker.reach, self.q_threshold, self.rule)
+        })
+    }
 }
 
 /// Chooses among `candidates` for a robot that gets `reach` cells far (d_l, eq. 6).
@@ -84,7 +106,7 @@ pub fn choose(candidates: &[Candidate], reach: f64, q_threshold: f64, rule: Rule
             let (stage, score) = (stage_of(candidate), score(candidate));
             let verdict = candidate.verdict(stage, score, best, reach);
             let &Candidate { pile, distance, probability, .. } = candidate;
-            Explanation { pile, stage, distance, probability, score, verdict }
+            Explanation { pile, stage, distance, probability, score, times: None, verdict }
         })
         .collect();
     Choice { chosen: best.map(|(pile, _)| pile), stage, explanations }
@@ -144,7 +166,7 @@ impl Stage {
             Self::ReachAll => Some(probability),
             Self::ReachSome => Some((1.0 - few) * probability + few * (1.0 - normalised)),
             Self::AlmostCharged => Some(few * probability + (1.0 - few) * (1.0 - normalised)),
-            Self::None => None,
+            Self::Nearest | Self::Together | Self::Later | Self::None => None,
         }
     }
 }

@@ -6,8 +6,8 @@ use protocol::EnergyJ;
 /// cell takes. 0 if a cell takes no positive, finite energy, so that an impossible robot is
 /// sent nowhere.
 #[must_use]
-pub fn reach_cells(energy: EnergyJ, energy_per_metre_j: f32, resolution_m: f64) -> f64 {
-    let energy_per_cell_j = f64::from(energy_per_metre_j) * resolution_m;
+pub fn reach_cells(energy: EnergyJ, energy_per_metre_j: f64, resolution_m: f64) -> f64 {
+    let energy_per_cell_j = energy_per_metre_j * resolution_m;
     let reach = f64::from(energy.get()) / energy_per_cell_j;
     if energy_per_cell_j > 0.0 && reach.is_finite() { reach } else { 0.0 }
 }
@@ -36,7 +36,7 @@ mod tests {
 
     #[test]
     fn a_robot_that_claims_to_drive_for_nothing_has_no_reach() {
-        for impossible in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        for impossible in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert_eq!(reach_cells(joules(1000.0), impossible, 1.0), 0.0, "{impossible}");
         }
         assert_eq!(reach_cells(joules(1000.0), 20.0, f64::NAN), 0.0);

@@ -69,6 +69,7 @@ impl Fleet {
                 tag: build.tag,
                 full: EnergyJ::clamped(FULL_J),
                 energy_per_metre_j: ENERGY_PER_METRE_J,
+                speed_mps: SPEED_MPS,
             });
             fleet.robots.insert(id, Robot::new(navigator, alert.get().into()));
             fleet.world.bodies.insert(id, Body::new(build, position, energy_j));

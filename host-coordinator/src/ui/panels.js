@@ -122,10 +122,18 @@ export function updateDecisions(list, model, selection, select) {
 const headline = ({ robot, chosen }) =>
   chosen == null ? `R${robot} has to wait` : `R${robot} → pile ${chosen}`;
 
-// The chosen pile first, then by score, then by distance; unknown last.
+/** From the decision until the robot works again: way, wait, charge, way back; null where nobody asked. */
+function away({ times }) {
+  if (!times) return null;
+  const way = times.drive_s + times.doors_s;
+  return Math.max(way, times.free_in_s) + times.charge_s + times.back_s;
+}
+
+// The chosen pile first, then by what the policy ranks by, then by distance; unknown last.
 const rank = (row, decision) => [
   row.pile === decision.chosen ? 0 : 1,
   -(row.score ?? -Infinity),
+  away(row) ?? Infinity,
   row.distance ?? Infinity,
 ];
 
@@ -135,14 +143,15 @@ function explanation(decision) {
     const index = left.findIndex((value, at) => value !== right[at]);
     return index < 0 ? a.pile - b.pile : left[index] - right[index];
   });
-  const head = ["Pile", "Stage", "Distance", "p", "Score", "Verdict"];
+  const timed = rows.some((row) => row.times);
+  const head = ["Pile", "Stage", "Distance", "p", timed ? "Away" : "Score", "Verdict"];
   const cells = (row) => [
     html("th", { scope: "row" }, String(row.pile)),
     html("td", {}, row.stage == null ? "–" : plain(row.stage)),
     html("td", { class: "number" }, row.distance == null ? "no path" : number(row.distance)),
     html("td", { class: "number" }, number(row.probability, 2)),
-    html("td", { class: "number" }, number(row.score, 3)),
-    html("td", { class: "reason" }, row.reason ?? plain(row.verdict)),
+    html("td", { class: "number" }, timed ? duration(away(row)) : number(row.score, 3)),
+    html("td", { class: "reason", title: row.unless ? `Chosen ${row.unless}` : null }, row.reason ?? plain(row.verdict)),
   ];
   return html(
     "div",
@@ -151,7 +160,8 @@ function explanation(decision) {
       "p",
       {},
       `Robot ${decision.robot} can still drive ${number(decision.reach)} cells: ${stage(decision.stage)}. ` +
-        "p is how likely it is to work near the pile after the charge.",
+        "p is how likely it is to work near the pile after the charge." +
+        (timed ? " Away: way, wait, charge and way back to work." : ""),
     ),
     html(
       "table",

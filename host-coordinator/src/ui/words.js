@@ -22,6 +22,9 @@ const STAGES = {
   reach_all: "every idle pile is within reach",
   reach_some: "some idle piles are within reach",
   almost_charged: "only almost charged piles are within reach",
+  nearest: "the nearest free pile",
+  together: "the least time away from work for all robots that wait",
+  later: "it is best to wait for a pile that is still occupied",
   none: "no usable pile is within reach",
 };
 

@@ -182,7 +182,7 @@ fn check_refuses_a_pile_to_call_that_the_site_has_not() {
 fn check_names_all_mistakes_at_once_in_text_and_json() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("bad.toml");
-    fs::write(&file, "colour = 1\n[policy]\nrule = \"best\"\nlease_s = \n[[robot]]\nid = -1\n").unwrap();
+    fs::write(&file, "colour = 1\n[policy]\nchoose = \"best\"\nlease_s = \n[[robot]]\nid = -1\n").unwrap();
     let ran = chargehand(&["check", "--config", text(&file), "--json"]);
     let report: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
     assert_eq!(report["ready"], false);
@@ -193,7 +193,7 @@ fn check_names_all_mistakes_at_once_in_text_and_json() {
         (1, "the file has no `event_log`"),
         (1, "the file has no `keys`"),
         (1, "the file has an unknown key `colour`"),
-        (3, "`rule` is \"best\", expected \"corrected\" or \"paper-literal\""),
+        (3, "`choose` is \"best\", expected \"joint\", \"lmpp\""),
         (4, "is no valid TOML"),
         (5, "[[robot]] has no `tag`"),
         (5, "[[robot]] has no `full_j`"),

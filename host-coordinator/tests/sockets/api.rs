@@ -89,12 +89,27 @@ async fn the_state_has_the_promised_form() {
     let decision = &state["decisions"][0];
     assert_eq!(
         keys(decision),
-        ["at_ms", "chosen", "explanations", "id", "reach", "request", "robot", "stage"]
+        [
+            "at_ms",
+            "chosen",
+            "explanations",
+            "id",
+            "policy",
+            "reach",
+            "request",
+            "robot",
+            "stage",
+            "sure_reach",
+            "urgency",
+            "waited_s"
+        ]
     );
+    let chosen = &decision["explanations"].as_array().unwrap().iter().find(|row| row["verdict"] == "chosen");
     assert_eq!(
-        keys(&decision["explanations"][0]),
-        ["distance", "pile", "probability", "reason", "score", "stage", "verdict"]
+        keys(chosen.unwrap()),
+        ["distance", "pile", "probability", "reason", "score", "stage", "times", "verdict"]
     );
+    assert_eq!(keys(&chosen.unwrap()["times"]), ["back_s", "charge_s", "doors_s", "drive_s", "free_in_s"]);
     assert_eq!(
         keys(&state["totals"]),
         ["charges_completed", "energy_j", "mean_wait_s", "requests", "stranded", "waiting", "worst_wait_s"]

@@ -30,6 +30,7 @@ pub fn robot_config(number: u16) -> RobotConfig {
         tag: TagId([low, high, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9]),
         full: EnergyJ::new(10_000.0).unwrap(),
         energy_per_metre_j: 10.0,
+        speed_mps: 0.5,
     }
 }
 

@@ -125,6 +125,17 @@ impl Assignment {
         self.of_row.iter().enumerate().filter_map(|(row, _)| Some((row, self.of_row(row)?)))
     }
 
+    /// By how much a pair has to become cheaper, at least, before a best matching has it: its reduced cost. 0
+    /// for a pair that is there, `None` for one that is impossible.
+    #[must_use]
+    pub fn margin(&self, row: usize, column: usize) -> Option<u64> {
+        if row >= self.rows || column >= self.columns {
+            return None;
+        }
+        let cost = self.row(row)[column];
+        cost.is_finite().then(|| (cost - self.row_prices[row] - self.column_prices[column]) as u64)
+    }
+
     /// What all pairs cost together.
     #[must_use]
     pub fn cost(&self) -> u64 {

@@ -95,6 +95,11 @@ impl Chains {
         self.doors.get(chain.doors.clone()).unwrap_or_default()
     }
 
+    /// The doors on it, that one first; none where there is no way.
+    pub fn doors(&self, door: usize, target: usize) -> &[DoorId] {
+        self.get(door, target).and_then(|chain| self.doors.get(chain.doors.clone())).unwrap_or_default()
+    }
+
     /// What they take, in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.table.as_slice())

@@ -277,6 +277,13 @@ impl Survey<'_> {
         self.lengths().min_by_key(|&(id, length)| (length, id))
     }
 
+    /// The doors on the path to a target; none within the robot's own subarea, or if there is no path.
+    #[must_use]
+    pub fn doors_to(&self, target: u16) -> &[DoorId] {
+        let way = self.place_of(target).and_then(|target| Some((target, self.way_to(target)?.first?)));
+        way.map_or(&[], |(target, first)| self.lmpp.chains.doors(first, target))
+    }
+
     /// The path to a target; `None` if no chain of open doors leads there.
     #[must_use]
     pub fn route_to(&self, target: u16) -> Option<Route> {

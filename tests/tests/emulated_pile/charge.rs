@@ -55,7 +55,13 @@ impl Charging {
             security: Security::Insecure,
             listen: Listen { http: Some(anywhere), udp: anywhere, tcp: anywhere },
             policy: Policy::default(),
-            robots: vec![RobotConfig { id: ROBOT_ID, tag: ROBOT, full, energy_per_metre_j: 10.0 }],
+            robots: vec![RobotConfig {
+                id: ROBOT_ID,
+                tag: ROBOT,
+                full,
+                energy_per_metre_j: 10.0,
+                speed_mps: 0.5,
+            }],
             connect: Vec::new(),
         };
         let runtime = Runtime::new().unwrap();

@@ -46,6 +46,7 @@ impl Desk {
                 tag: TagId([id as u8; 12]),
                 full,
                 energy_per_metre_j: 10.0,
+                speed_mps: 0.5,
             })
             .collect();
         let coordinator =

@@ -98,6 +98,22 @@ fn an_almost_charged_pile_is_promised_to_one_robot_and_given_when_it_is_free() {
 }
 
 #[test]
+fn a_promise_ends_when_the_charged_robot_does_not_leave() {
+    let (mut desk, lease) = Desk::granted();
+    desk.pile_reports(P, Availability::Charging, Some(lease), None, 0.05);
+    desk.ask(RobotId(2), 1);
+    let ended = EndedLease { lease, reason: EndReason::Completed, charged: DurationMs(1) };
+    desk.pile_reports(P, Availability::Done, None, Some(ended), 0.0);
+    for second in 0..40 {
+        desk.wait(1_000);
+        desk.robot_is(RobotId(2), Activity::Waiting, None);
+        desk.pile_reports(P, Availability::Done, None, Some(ended), 0.0);
+        let kept = desk.place(RobotId(2)) == Some(Place::Next(P));
+        assert_eq!(kept, second < 30, "after {second} s");
+    }
+}
+
+#[test]
 fn a_promise_that_cannot_be_kept_is_released() {
     let (mut desk, lease) = Desk::granted();
     desk.pile_reports(P, Availability::Charging, Some(lease), None, 0.05);

@@ -1,0 +1,181 @@
+//! What is known of all robots that wait, as the policies take it.
+
+use firmware_pile::charge;
+use protocol::{Availability, EnergyJ, PileId, Position, RobotId, SiteMillis};
+
+use super::{
+    PILE,
+    coordinator::{Coordinator, Turn},
+    routes::Ways,
+    state::Request,
+};
+use crate::{
+    config::RobotConfig,
+    selection::{Asker, Candidate, Offer, Situation, Times, activity, priority, reach},
+    site::SitePile,
+};
+
+/// What a door costs a robot by its congestion: that share of this, in seconds.
+const DOOR_S: f64 = 30.0;
+/// A charged robot has left its pile after this, in seconds.
+const LEAVE_S: f64 = 10.0;
+/// What a robot should have left when it comes to a pile, as a share of a full battery.
+const RESERVE: f64 = 0.02;
+/// A robot surely takes no more than its mean consumption and so many times the spread of it.
+const SPREADS: f64 = 2.0;
+
+/// A robot that waits, as it was heard last.
+struct Seen<'a> {
+    config: &'a RobotConfig,
+    energy: EnergyJ,
+    /// What a metre takes, in joules.
+    per_metre_j: f64,
+    ways: Ways,
+}
+
+impl Coordinator {
+    /// The situation of the robots in `waiting`.
+    pub(super) fn situation(&mut self, turn: &mut Turn, waiting: &[(RobotId, Request)]) -> Situation {
+        let free_in_s: Vec<_> = self.site.piles.iter().map(|pile| self.free_in_s(pile, turn.now)).collect();
+        let mut askers = Vec::with_capacity(waiting.len());
+        for (robot, request) in waiting {
+            let Some(config) = self.robots.get(robot).copied() else { continue };
+            let seen = self.observed.robots.get(robot).and_then(|seen| seen.last);
+            let (position, energy) = seen.unwrap_or((request.position, request.energy));
+            let ways = self.ways(turn, *robot, position);
+            askers.push(self.asker(turn.now, &config, request, energy, ways, &free_in_s));
+        }
+        Situation { askers }
+    }
+
+    fn asker(
+        &self,
+        now: SiteMillis,
+        config: &RobotConfig,
+        request: &Request,
+        energy: EnergyJ,
+        ways: Ways,
+        free_in_s: &[Option<f64>],
+    ) -> Asker {
+        let consumption = self.observed.robots.get(&config.id).map(|seen| seen.consumption);
+        let (per_metre_j, spread_j) = consumption.unwrap_or_default().estimate(config.energy_per_metre_j);
+        let full_j = f64::from(config.full.get());
+        let spare = EnergyJ::clamped((f64::from(energy.get()) - RESERVE * full_j) as f32);
+        let cells = |energy, per_metre_j| reach::reach_cells(energy, per_metre_j, self.site.resolution_m);
+        let waited_s = now.since(request.asked_at).0 as f64 / 1000.0;
+        let share = f64::from(energy.get()) / full_j;
+        let seen = Seen { config, energy, per_metre_j, ways };
+        let piles = self.site.piles.iter().zip(free_in_s);
+        Asker {
+            robot: config.id,
+            asked_at: request.asked_at,
+            waited_s,
+            urgency: priority::urgency(share, priority::USUAL_PRIORITY, waited_s),
+            reach: cells(energy, per_metre_j),
+            sure_reach: cells(spare, per_metre_j + SPREADS * spread_j),
+            offers: piles.map(|(pile, free_in_s)| self.offer(now, &seen, pile, *free_in_s)).collect(),
+        }
+    }
+
+    fn offer(&self, now: SiteMillis, seen: &Seen<'_>, pile: &SitePile, free_in_s: Option<f64>) -> Offer {
+        let config = seen.config;
+        let lacking = EnergyJ::clamped(config.full.get() - seen.energy.get());
+        let planned = charge::planned_time([lacking], pile.power_w, PILE.eta);
+        let period = activity::period(now, planned, PILE.period, PILE.periods);
+        let report = self.observed.report(pile.id, now);
+        let way = seen.ways.get(&pile.id).copied();
+        let candidate = Candidate {
+            pile: pile.id,
+            availability: self.availability(pile.id, now),
+            remaining: report.map_or(0.0, |report| report.row.remaining.get().into()),
+            distance: way.map(|way| way.length),
+            probability: self.state.pass_frequency(config.id, period, pile.id),
+        };
+        let times = way.zip(free_in_s).map(|(way, free_in_s)| {
+            let drive_s = self.drive_s(config, way.length);
+            let drive_j = way.length * self.site.resolution_m * seen.per_metre_j;
+            let lacking = EnergyJ::clamped((f64::from(lacking.get()) + drive_j) as f32);
+            let charge = charge::planned_time([lacking], pile.power_w, PILE.eta);
+            let wanted = self.state.wanted_at(config.id, period);
+            let back = self.routes.expected_from(pile.id, wanted).unwrap_or(way.length);
+            Times {
+                drive_s,
+                doors_s: way.congestion * DOOR_S,
+                free_in_s,
+                charge_s: charge.as_seconds().into(),
+                back_s: self.drive_s(config, back),
+            }
+        });
+        Offer { candidate, next_is_open: self.next_is_open(pile.id, now), times }
+    }
+
+    /// How long a robot drives for so many cells, in seconds.
+    fn drive_s(&self, robot: &RobotConfig, cells: f64) -> f64 {
+        cells * self.site.resolution_m / f64::from(robot.speed_mps)
+    }
+
+    /// When a pile is free, in seconds from now: what is left of the planned time of the robot on it (LMPP
+    /// eqs. 1, 2), which may still be on its way. None if nobody knows.
+    fn free_in_s(&self, pile: &SitePile, now: SiteMillis) -> Option<f64> {
+        let report = self.observed.report(pile.id, now)?;
+        match (report.row.availability, self.state.lease(pile.id)) {
+            (Availability::Fault, _) => None,
+            (Availability::Charging, _) => {
+                let ahead =
+                    f64::from(report.row.planned.as_seconds()) * f64::from(report.row.remaining.get());
+                Some(ahead + LEAVE_S)
+            }
+            (Availability::Done, _) => Some(LEAVE_S),
+            (_, Some(lease)) => {
+                let robot = self.robots.get(&lease.name.robot)?;
+                let seen = self.observed.robots.get(&robot.id)?;
+                let way = seen.ways.as_ref().and_then(|(_, ways)| ways.get(&pile.id));
+                let drive_s = way.map_or(0.0, |way| self.drive_s(robot, way.length));
+                let planned = charge::planned_time([lease.energy], pile.power_w, PILE.eta);
+                Some(drive_s + f64::from(planned.as_seconds()) + LEAVE_S)
+            }
+            (Availability::Free | Availability::Reserved, None) => Some(0.0),
+        }
+    }
+
+    /// What a pile can be used for: what it reports, and what was promised since.
+    pub(super) fn availability(&self, pile: PileId, now: SiteMillis) -> Option<Availability> {
+        let reported = self.observed.report(pile, now)?.row.availability;
+        let promised = self.state.next(pile).is_some();
+        let lease = self.state.lease(pile);
+        Some(match reported {
+            Availability::Free if lease.is_some() || promised => Availability::Reserved,
+            Availability::Charging if promised || lease.is_some_and(|lease| !lease.is_wanted()) => {
+                Availability::Reserved
+            }
+            reported => reported,
+        })
+    }
+
+    /// Whether an occupied pile can be promised to a robot. One whose robot is charged is free soon, or
+    /// nobody knows when: it is not.
+    fn next_is_open(&self, pile: PileId, now: SiteMillis) -> bool {
+        let occupied =
+            matches!(self.availability(pile, now), Some(Availability::Charging | Availability::Reserved));
+        let wanted = self.state.lease(pile).is_none_or(|lease| lease.is_wanted());
+        occupied && wanted && self.state.next(pile).is_none()
+    }
+
+    /// A robot's ways to all piles; none from a place where no robot can be.
+    fn ways(&mut self, turn: &mut Turn, robot: RobotId, position: Position) -> Ways {
+        let Some(cell) = self.site.cell_of(position).filter(|cell| self.site.grid.is_free(*cell)) else {
+            turn.warn(format!(
+                "robot {robot} says that it stands in a wall or outside the map, where no way begins: \
+                 is its localisation lost?"
+            ));
+            return Ways::new();
+        };
+        let known = self.observed.robots.get(&robot).and_then(|seen| seen.ways.clone());
+        if let Some((_, ways)) = known.filter(|(of, _)| *of == cell) {
+            return ways;
+        }
+        let ways = self.routes.ways(cell);
+        self.observed.robots.entry(robot).or_default().ways = Some((cell, ways.clone()));
+        ways
+    }
+}

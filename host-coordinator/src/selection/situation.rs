@@ -1,0 +1,96 @@
+//! What is known when piles are chosen: the robots that wait and what every pile is to each of them.
+
+use std::collections::BTreeMap;
+
+use protocol::{Availability, PileId, RobotId, SiteMillis};
+use serde::{Deserialize, Serialize};
+
+use super::multistage::Candidate;
+
+/// All that wait at one instant; they are given piles together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Situation {
+    /// The robots. Each has the same piles in the same order as its offers.
+    pub askers: Vec<Asker>,
+}
+
+/// A robot that waits for a pile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asker {
+    /// Which robot.
+    pub robot: RobotId,
+    /// When it asked first.
+    pub asked_at: SiteMillis,
+    /// For how long it has waited, in seconds.
+    pub waited_s: f64,
+    /// How urgent its need is ([`priority`](super::priority)); more is more urgent.
+    pub urgency: f64,
+    /// How far it gets, in cells (d_l, eq. 6), by its mean consumption.
+    pub reach: f64,
+    /// How far it gets almost surely, in cells: by the upper end of what it was seen to consume, with a
+    /// reserve. Never more than `reach`.
+    pub sure_reach: f64,
+    /// What every pile is to it.
+    pub offers: Vec<Offer>,
+}
+
+/// What one pile is to one robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Offer {
+    /// What LMPP's choice knows of it.
+    pub candidate: Candidate,
+    /// Whether it is occupied and promised to nobody, so that it could be this robot's next.
+    pub next_is_open: bool,
+    /// What it would cost the robot in time; none if no way leads there.
+    pub times: Option<Times>,
+}
+
+/// The parts of the time that a charge keeps a robot from its work, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Times {
+    /// The drive to the pile, undisturbed.
+    pub drive_s: f64,
+    /// What congested doors on the way add (eqs. 10, 11).
+    pub doors_s: f64,
+    /// Until the pile is free: what is left of the planned times of the robot on it (eqs. 1, 2).
+    pub free_in_s: f64,
+    /// The charge itself (eq. 2).
+    pub charge_s: f64,
+    /// The drive to where the robot is wanted afterwards: by its pass counts (K, eq. 5), else back.
+    pub back_s: f64,
+}
+
+impl Times {
+    /// Until the robot is at the pile.
+    #[must_use]
+    pub const fn way_s(&self) -> f64 {
+        self.drive_s + self.doors_s
+    }
+
+    /// For how long the robot stands before its charge begins.
+    #[must_use]
+    pub const fn wait_s(&self) -> f64 {
+        (self.free_in_s - self.way_s()).max(0.0)
+    }
+
+    /// All of it: from now until the robot works again.
+    #[must_use]
+    pub const fn away_s(&self) -> f64 {
+        self.way_s() + self.wait_s() + self.charge_s + self.back_s
+    }
+}
+
+impl Asker {
+    /// What LMPP's choice knows of the piles, without those that are `given` to others of the same
+    /// instant.
+    #[must_use]
+    pub fn candidates(&self, given: &BTreeMap<PileId, RobotId>) -> Vec<Candidate> {
+        let candidate = |offer: &Offer| {
+            let is_given = given.contains_key(&offer.candidate.pile);
+            let availability = offer.candidate.availability;
+            let availability = if is_given { Some(Availability::Reserved) } else { availability };
+            Candidate { availability, ..offer.candidate }
+        };
+        self.offers.iter().map(candidate).collect()
+    }
+}
