@@ -95,30 +95,48 @@ fn a_reproduced_row_has_the_keys_that_programs_read() {
     );
 }
 
-#[test]
-fn plots_are_well_formed_svg_and_png_of_one_size() {
+/// Draws all figures of a paper and checks them; of its tables one that takes no time is asked for.
+fn plots_are_well_formed_and_of_one_size(paper: &str, table: &str, figures: usize) {
     let folder = tempfile::tempdir().unwrap();
     let plots = folder.path().join("new/plots");
-    for (paper, table) in [("lmpp", "12"), ("access", "1")] {
-        let report = json(&["reproduce", "--paper", paper, "--table", table, "--plots", text(&plots)]);
-        let files: Vec<_> =
-            report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
-        assert!(files.len() >= 20, "{files:?}");
-        for pair in files.chunks(2) {
-            let [svg, png] = pair else { panic!("a file alone: {pair:?}") };
-            assert_eq!(svg.strip_suffix(".svg"), png.strip_suffix(".png"));
-            let svg_text = fs::read_to_string(svg).unwrap();
-            assert!(svg_text.len() < 300_000, "{svg}: {} bytes", svg_text.len());
-            let svg = roxmltree::Document::parse(&svg_text).unwrap();
-            let side = |name| svg.root_element().attribute(name).unwrap().parse::<u32>().unwrap();
-            let mut png = png::Decoder::new(Cursor::new(fs::read(png).unwrap())).read_info().unwrap();
-            assert_eq!((png.info().width, png.info().height), (side("width"), side("height")));
-            let mut pixels = vec![0; png.output_buffer_size().unwrap()];
-            png.next_frame(&mut pixels).unwrap();
-            let dark = pixels.iter().filter(|&&value| value < 128).count();
-            assert!(dark > 1_000, "{pair:?} is empty");
-        }
+    let report = json(&["reproduce", "--paper", paper, "--table", table, "--plots", text(&plots)]);
+    let files: Vec<_> =
+        report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()).collect();
+    assert_eq!(files.len(), 2 * figures, "{files:?}");
+    for pair in files.chunks(2) {
+        let [svg, png] = pair else { panic!("a file alone: {pair:?}") };
+        assert_eq!(svg.strip_suffix(".svg"), png.strip_suffix(".png"));
+        let svg_text = fs::read_to_string(svg).unwrap();
+        assert!(svg_text.len() < 300_000, "{svg}: {} bytes", svg_text.len());
+        let svg = roxmltree::Document::parse(&svg_text).unwrap();
+        let side = |name| svg.root_element().attribute(name).unwrap().parse::<u32>().unwrap();
+        let mut png = png::Decoder::new(Cursor::new(fs::read(png).unwrap())).read_info().unwrap();
+        assert_eq!((png.info().width, png.info().height), (side("width"), side("height")));
+        let mut pixels = vec![0; png.output_buffer_size().unwrap()];
+        png.next_frame(&mut pixels).unwrap();
+        let dark = pixels.iter().filter(|&&value| value < 128).count();
+        assert!(dark > 1_000, "{pair:?} is empty");
     }
+}
+
+#[test]
+fn plots_of_lmpp_are_well_formed_svg_and_png_of_one_size() {
+    plots_are_well_formed_and_of_one_size("lmpp", "12", 10);
+}
+
+#[test]
+fn plots_of_access_are_well_formed_svg_and_png_of_one_size() {
+    plots_are_well_formed_and_of_one_size("access", "1", 14);
+}
+
+#[test]
+fn plots_of_mecanum_are_well_formed_svg_and_png_of_one_size() {
+    plots_are_well_formed_and_of_one_size("mecanum", "III.C.2", 6);
+}
+
+#[test]
+fn plots_of_igwo_are_well_formed_svg_and_png_of_one_size() {
+    plots_are_well_formed_and_of_one_size("igwo", "I", 24);
 }
 
 #[test]
