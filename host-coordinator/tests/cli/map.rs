@@ -1,6 +1,6 @@
 //! `chargehand map`: maps of other programs become sites.
 
-use std::{fs, path::Path};
+use std::{fs, io::Cursor, path::Path};
 
 use super::{chargehand, json, text};
 
@@ -45,9 +45,25 @@ fn a_ros_map_comes_back_through_a_ros_map() {
 #[test]
 fn a_picture_is_drawn_and_a_segmentation_written() {
     let folder = tempfile::tempdir().unwrap();
-    let picture = folder.path().join("office.png");
-    chargehand(&["map", "render", &data("rmf/office.building.yaml"), "--to", text(&picture)]).succeeds();
-    assert!(fs::read(&picture).unwrap().starts_with(b"\x89PNG"));
+    let render = |file: &str| {
+        let picture = folder.path().join(file);
+        let arguments = ["map", "render", &data("rmf/office.building.yaml"), "--to", text(&picture)];
+        (chargehand(&arguments), picture)
+    };
+    let (rendered, png) = render("office.png");
+    rendered.succeeds();
+    let picture = png::Decoder::new(Cursor::new(fs::read(png).unwrap())).read_info().unwrap();
+    // 433 x 222 cells of two pixels.
+    assert_eq!((picture.info().width, picture.info().height), (866, 444));
+    let (rendered, svg) = render("office.SVG");
+    rendered.succeeds();
+    let svg = fs::read_to_string(svg).unwrap();
+    let svg = roxmltree::Document::parse(&svg).unwrap();
+    assert_eq!(svg.root_element().attribute("width"), Some("866"));
+    // Doors, and piles in their rings.
+    assert!(svg.descendants().filter(|node| node.has_tag_name("circle")).count() >= 3 + 2 * 2);
+    let error = render("office.jpg").0.fails();
+    assert!(error.ends_with("office.jpg is no picture: name a .png or an .svg file\n"), "{error}");
     chargehand(&["map", "segment", &data("rmf/office.building.yaml"), "--to", text(folder.path())])
         .succeeds();
     let doors = fs::read_to_string(folder.path().join("doors.toml")).unwrap();

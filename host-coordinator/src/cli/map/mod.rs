@@ -20,6 +20,7 @@ use serde_json::json;
 
 use self::{
     input::{Input, Read},
+    picture::MapPicture,
     rooms::Division,
 };
 use super::{Outcome, out, out_json};
@@ -67,11 +68,11 @@ enum Question {
         #[arg(long)]
         json: bool,
     },
-    /// Draw a map as PNG: subareas in colours, doors red, piles green
+    /// Draw a map: subareas in colours, doors red, piles green
     Render {
         #[command(flatten)]
         input: Input,
-        /// The picture
+        /// The picture, a .png or an .svg file
         #[arg(long, value_name = "FILE")]
         to: PathBuf,
         #[command(flatten)]
@@ -110,7 +111,8 @@ impl Map {
             }
             Question::Render { input, to, division } => {
                 let Read { layout, .. } = input.read()?;
-                picture::write(&to, &layout, &division.rooms(&layout), &rooms::piles(&layout).0)?;
+                let (rooms, (piles, _)) = (division.rooms(&layout), rooms::piles(&layout));
+                MapPicture { grid: &layout.grid, rooms: &rooms, piles: &piles }.write(&to)?;
                 out(&format!("{} shows {}", to.display(), input.file().display()))
             }
         }
