@@ -1,8 +1,8 @@
 //! What a robot is seen to take for a metre: its mean and its spread, from its own reports.
 //!
 //! A configuration says what a robot takes; a worn battery, a load or a ramp say otherwise. Reports in
-//! which the robot has moved are summed over stretches of [`STRETCH_M`], each of which is one sample. The
-//! configured value counts as [`BELIEF`] samples with a spread of [`DOUBT`], and samples are forgotten
+//! which the robot has moved are summed over stretches of `STRETCH_M`, each of which is one sample. The
+//! configured value counts as `BELIEF` samples with a spread of `DOUBT`, and samples are forgotten
 //! slowly, so that the estimate follows a robot that ages.
 
 use protocol::RobotState;
