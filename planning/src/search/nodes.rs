@@ -14,7 +14,7 @@ pub struct Workspace {
     nodes: Vec<Node>,
     /// Nodes of other rounds are as good as new: no need to clear them.
     round: u32,
-    open: Open,
+    open: Open<Cell>,
     pub(super) path: Path,
 }
 

@@ -34,7 +34,7 @@ pub struct Workspace {
     nodes: Vec<Node>,
     /// Nodes of other rounds are as good as new: no need to clear them.
     round: u16,
-    open: Open,
+    open: Open<Reached>,
     path: Path,
 }
 
@@ -45,8 +45,15 @@ struct Node {
     round: u16,
     /// The ways by which the node was reached at this cost.
     ways: Ways,
-    /// Those of them by which it was expanded.
-    expanded: Ways,
+}
+
+/// A node reached in one way.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    cost: Cost,
+    place: Place,
+    /// The ways to leave it by.
+    onward: Ways,
 }
 
 /// A cell in the bitmaps' coordinates.
@@ -69,32 +76,13 @@ const STRAIGHT: Ways = 0b1111;
 const STRAIGHT_COST: Cost = Length::of((1, 0)).cost();
 const DIAGONAL_COST: Cost = Length::of((1, 1)).cost();
 
-/// Which ways a node is left by: by the ways it was reached (bits 0 to 3), and beside walls which of the
-/// cells to the south-east, south-west, north-east and north-west are blocked (bits 4 to 7).
-const LEFT_BY: [Ways; 256] = {
-    let mut table = [0; 256];
-    let mut case = 0;
-    while case < 256 {
-        let mut ways = case as u8 & STRAIGHT;
-        let mut corner = 0;
-        while corner < 4 {
-            // Who comes east past a wall in the north-west turns north and north-east, and so on.
-            let (vertical, horizontal) = (2 + corner / 2, corner % 2);
-            if case >> (4 + corner) & 1 != 0 {
-                if case >> (1 - horizontal) & 1 != 0 {
-                    ways |= 1 << vertical | 1 << (4 + (vertical - 2) * 2 + (1 - horizontal));
-                }
-                if case >> (5 - vertical) & 1 != 0 {
-                    ways |= 1 << horizontal | 1 << (4 + (3 - vertical) * 2 + horizontal);
-                }
-            }
-            corner += 1;
-        }
-        table[case] = ways;
-        case += 1;
-    }
-    table
-};
+/// Who passes the end of a wall on the side of the lower line, or of the higher, turns by these ways.
+const TURNS_BY: [[Ways; 2]; 4] = [
+    [1 << NORTH | 1 << 6, 1 << SOUTH | 1 << 4],
+    [1 << NORTH | 1 << 7, 1 << SOUTH | 1 << 5],
+    [1 << WEST | 1 << 5, 1 << EAST | 1 << 4],
+    [1 << WEST | 1 << 7, 1 << EAST | 1 << 6],
+];
 
 impl Jps {
     /// A planner for `grid`.
@@ -181,24 +169,21 @@ impl Query<'_> {
         let estimate = self.estimate(start);
         self.workspace.open.begin(estimate);
         self.workspace.nodes[index] =
-            Node { cost: 0, parent: start, round: self.workspace.round, ways: STRAIGHT, expanded: STRAIGHT };
+            Node { cost: 0, parent: start, round: self.workspace.round, ways: STRAIGHT };
         if start == goal {
             self.bound = 0;
             return 0;
         }
         self.leave(start, 0, u8::MAX);
         let mut expanded = 1;
-        while let Some(cell) = self.workspace.open.pop(self.bound) {
-            let place = Place { x: cell.x as u16, y: cell.y as u16 };
-            let index = self.index(place);
-            let node = &mut self.workspace.nodes[index];
-            let (reached_by, cost) = (node.ways & !node.expanded, node.cost);
-            node.expanded = node.ways;
-            if reached_by == 0 || cost + self.estimate(place) >= self.bound {
+        while let Some(Reached { cost, place, onward }) = self.workspace.open.pop(self.bound) {
+            // Since then it may have been reached by a shorter way.
+            let is_stale = cost > self.workspace.nodes[self.index(place)].cost;
+            if is_stale || cost + self.estimate(place) >= self.bound {
                 continue;
             }
             expanded += 1;
-            self.leave(place, cost, LEFT_BY[usize::from(reached_by | self.walls(place) << 4)]);
+            self.leave(place, cost, onward);
         }
         expanded
     }
@@ -214,14 +199,16 @@ impl Query<'_> {
         long * STRAIGHT_COST + short * (DIAGONAL_COST - STRAIGHT_COST)
     }
 
-    /// Which cells are blocked in the south-east, south-west, north-east and north-west.
-    fn walls(&self, Place { x, y }: Place) -> u8 {
-        let (x, y, free) = (usize::from(x), usize::from(y), &self.bitmaps.rows);
-        let blocked = |x, y| u8::from(!free.bit(FREE, y, x));
-        blocked(x + 1, y + 1)
-            | blocked(x - 1, y + 1) << 1
-            | blocked(x + 1, y - 1) << 2
-            | blocked(x - 1, y - 1) << 3
+    /// By which ways to leave a turn.
+    #[inline]
+    fn onward<const WAY: usize>(&self, line: usize, at: usize) -> Ways {
+        let lines = lines::<WAY>(self.bitmaps);
+        let before = if WAY == EAST || WAY == SOUTH { at - 1 } else { at + 1 };
+        let opens = |side| lines.bit(FREE, side, at) & !lines.bit(FREE, side, before);
+        let [lower, higher] = TURNS_BY[WAY];
+        let lower = if opens(line - 1) { lower } else { 0 };
+        let higher = if opens(line + 1) { higher } else { 0 };
+        1 << WAY | lower | higher
     }
 
     /// Jumps from a node by some ways.
@@ -297,7 +284,10 @@ impl Query<'_> {
         let (width, is_falling) = (self.width, (COLUMNS == EAST) == (ROWS == SOUTH));
         let bitmaps = self.bitmaps;
         let lines = if is_falling { &bitmaps.falling } else { &bitmaps.rising };
-        let line = if is_falling { (x + width - y % width) % width } else { (x + y) % width };
+        // Rarely a map is higher than wide.
+        let down = if y < width { y } else { y % width };
+        let line = x + if is_falling { width - down } else { down };
+        let line = if line < width { line } else { line - width };
         let end =
             if ROWS == SOUTH { lines.next(WALLS, line, y) } else { lines.previous(WALLS, line, y - 1) + 1 };
         let steps = end.abs_diff(y);
@@ -364,15 +354,13 @@ impl Query<'_> {
         }
         let node = &mut self.workspace.nodes[index];
         if is_known && cost == node.cost {
-            let is_open = node.ways != node.expanded;
             node.ways |= ways;
-            if is_open {
-                return;
-            }
         } else {
-            *node = Node { cost, parent, round, ways, expanded: 0 };
+            *node = Node { cost, parent, round, ways };
         }
-        self.workspace.open.push(sum, Cell { x: place.x.into(), y: place.y.into() });
+        let (line, at) = along::<WAY>(place);
+        let onward = self.onward::<WAY>(line, at);
+        self.workspace.open.push(sum, Reached { cost, place, onward });
     }
 
     /// Puts the way that was found into the workspace's path.
