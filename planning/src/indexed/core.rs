@@ -5,8 +5,6 @@
 //! The distances are kept as counts of moves: in half the memory of costs, and still exact, so that
 //! of many equally short paths, as there are on grids, only one is followed.
 
-use std::{cmp::Reverse, collections::BinaryHeap};
-
 use super::{
     hierarchy::{Hierarchy, NONE},
     turns::Directions,
@@ -14,12 +12,13 @@ use super::{
 use crate::{
     grid::Cell,
     moves::{Cost, Length, MoveSet},
+    search::Open,
 };
 
 /// How many landmarks there are, a multiple of 4.
 const LANDMARKS: usize = 32;
 /// How many of them a query uses: those that tell most of its start and goal.
-const ACTIVE: usize = 8;
+const ACTIVE: usize = 5;
 
 /// Straight and diagonal moves to a landmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,10 +74,10 @@ impl Landmarks {
     /// Spreads landmarks around `among`, core nodes of one component: a landmark tells most of pairs
     /// that it is behind.
     pub(super) fn spread(hierarchy: &Hierarchy, cells: &[Cell], among: &[u32]) -> Self {
-        let mut costs = Vec::new();
+        let (mut costs, mut open) = (Vec::new(), Open::default());
         let mut distances = Vec::new();
         for landmark in around(cells, among) {
-            distances_from(hierarchy, landmark, &mut costs);
+            distances_from(hierarchy, landmark, &mut costs, &mut open);
             let counted = |node: &u32| Distance::of(costs[*node as usize]).is_some();
             // One with a distance too long to be counted would promise too much of its neighbours.
             if among.iter().all(counted) {
@@ -139,12 +138,13 @@ fn around(cells: &[Cell], among: &[u32]) -> Vec<u32> {
 }
 
 /// Dijkstra's algorithm in the core.
-fn distances_from(hierarchy: &Hierarchy, from: u32, costs: &mut Vec<Cost>) {
+fn distances_from(hierarchy: &Hierarchy, from: u32, costs: &mut Vec<Cost>, open: &mut Open<Reached>) {
     costs.clear();
     costs.resize(hierarchy.core as usize, Cost::MAX);
-    let mut open = BinaryHeap::from([Reverse((0, from, Directions::ALL))]);
+    open.begin(0);
+    open.push(0, Reached { node: from, cost: 0, sum: 0, onward: Directions::ALL });
     costs[from as usize] = 0;
-    while let Some(Reverse((cost, node, onward))) = open.pop() {
+    while let Some(Reached { node, cost, onward, .. }) = open.pop(Cost::MAX) {
         if cost > costs[node as usize] {
             continue;
         }
@@ -152,7 +152,8 @@ fn distances_from(hierarchy: &Hierarchy, from: u32, costs: &mut Vec<Cost>) {
             let next = cost + edge.cost;
             if edge.leaves.within(onward) && next < costs[edge.to as usize] {
                 costs[edge.to as usize] = next;
-                open.push(Reverse((next, edge.to, edge.arrives.onward())));
+                let onward = edge.arrives.onward();
+                open.push(next, Reached { node: edge.to, cost: next, sum: next, onward });
             }
         }
     }
@@ -166,8 +167,7 @@ pub(super) struct Workspace {
     goal: Vec<Cost>,
     /// Nodes of other rounds are as good as new.
     round: u32,
-    /// By cost and estimate; with what the node is left by.
-    open: BinaryHeap<Reverse<(Cost, Cost, u32, Directions)>>,
+    open: Open<Reached>,
     pub(super) expanded: u32,
 }
 
@@ -177,6 +177,17 @@ struct Node {
     round: u32,
     /// From where it was reached, [`NONE`] at a start.
     parent: u32,
+}
+
+/// A node that was reached.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    node: u32,
+    cost: Cost,
+    /// With the estimate of the way on.
+    sum: Cost,
+    /// What it is left by.
+    onward: Directions,
 }
 
 /// Where a search goes.
@@ -206,17 +217,14 @@ impl Workspace {
                 distances.get(node as usize).map_or(most, |distance| most.max(distance.cost().abs_diff(*to)))
             })
         };
+        self.open.begin(starts.iter().map(|&(node, cost)| cost + estimate(node)).min().unwrap_or_default());
         for &(node, cost) in starts {
             self.reach((node, cost, Directions::ALL), NONE, bound, estimate);
         }
         let mut best = None;
         let mut least = bound;
-        while let Some(Reverse((sum, estimated, node, onward))) = self.open.pop() {
-            if sum >= least {
-                break;
-            }
-            let cost = self.nodes[node as usize].cost;
-            if sum - estimated > cost {
+        while let Some(Reached { node, cost, sum, onward }) = self.open.pop(least) {
+            if sum >= least || cost > self.nodes[node as usize].cost {
                 continue;
             }
             self.expanded += 1;
@@ -239,7 +247,6 @@ impl Workspace {
     }
 
     fn begin(&mut self, nodes: usize) {
-        self.open.clear();
         self.expanded = 0;
         if self.nodes.len() < nodes || self.round == u32::MAX {
             self.nodes.clear();
@@ -263,9 +270,8 @@ impl Workspace {
         }
         *known = Node { cost, round: self.round, parent };
         let estimated = estimate(node);
-        // Of equal sums the one nearer to the goal comes first.
         if cost + estimated < bound {
-            self.open.push(Reverse((cost + estimated, estimated, node, onward)));
+            self.open.push(cost + estimated, Reached { node, cost, sum: cost + estimated, onward });
         }
     }
 }

@@ -33,6 +33,17 @@ pub(super) struct Edge {
     pub(super) arrives: Directions,
 }
 
+/// What a search reads of an edge: 16 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    pub(super) cost: Cost,
+    pub(super) to: u32,
+    /// The first moves of the way.
+    pub(super) leaves: Directions,
+    /// The last ones.
+    pub(super) arrives: Directions,
+}
+
 impl Edge {
     /// The edge back to `from`.
     const fn reversed(self, from: u32) -> Self {
@@ -51,9 +62,11 @@ impl Edge {
 pub(super) struct Hierarchy {
     /// How many nodes the core has.
     pub(super) core: u32,
-    /// Where the edges of each node start in `edges`.
+    /// Where the edges of each node start in `ways`.
     first: Vec<u32>,
-    edges: Vec<Edge>,
+    ways: Vec<Way>,
+    /// Of each of these the node that a shortcut bridges, [`NONE`] if it is none.
+    middles: Vec<u32>,
 }
 
 impl Hierarchy {
@@ -70,17 +83,18 @@ impl Hierarchy {
         let mut number = vec![NONE; nodes];
         (0..).zip(&order).for_each(|(new, &old)| number[old as usize] = new);
         let renumber = |old: u32| number.get(old as usize).copied().unwrap_or(NONE);
-        let (mut first, mut edges) = (vec![0], Vec::new());
+        let (mut first, mut ways, mut middles) = (vec![0], Vec::new(), Vec::new());
         for &old in &order {
-            let renumbered = graph[old as usize].iter().map(|edge| Edge {
-                to: renumber(edge.to),
-                middle: renumber(edge.middle),
-                ..*edge
-            });
-            edges.extend(renumbered);
-            first.push(edges.len() as u32);
+            let mut edges = graph[old as usize].clone();
+            // A search goes on by those that leave by some directions: they come after each other.
+            edges.sort_unstable_by_key(|edge| (edge.leaves, edge.cost, edge.to));
+            for &Edge { to, middle, cost, leaves, arrives } in &edges {
+                ways.push(Way { cost, to: renumber(to), leaves, arrives });
+                middles.push(renumber(middle));
+            }
+            first.push(ways.len() as u32);
         }
-        (Self { core, first, edges }, order)
+        (Self { core, first, ways, middles }, order)
     }
 
     /// By node, a number that those share which are joined by any number of edges.
@@ -113,29 +127,36 @@ impl Hierarchy {
         self.first.len() as u32 - 1
     }
 
-    /// The places in [`Self::edge`] of a node's edges: of a core node's to all its neighbours in the
+    /// The places for [`Self::edge`] of a node's edges: of a core node's to all its neighbours in the
     /// core, of any other's to neighbours that were contracted later.
     pub(super) fn edges(&self, node: u32) -> std::ops::Range<u32> {
         self.first[node as usize]..self.first[node as usize + 1]
     }
 
     /// The edges at these places.
-    pub(super) fn edges_of(&self, node: u32) -> &[Edge] {
+    pub(super) fn edges_of(&self, node: u32) -> &[Way] {
         let places = self.edges(node);
-        &self.edges[places.start as usize..places.end as usize]
+        &self.ways[places.start as usize..places.end as usize]
     }
 
-    pub(super) fn edge(&self, place: u32) -> &Edge {
-        &self.edges[place as usize]
+    pub(super) fn edge(&self, place: u32) -> &Way {
+        &self.ways[place as usize]
     }
 
-    /// What a node that was contracted, or a core node, is joined to `to` by.
-    pub(super) fn between(&self, node: u32, to: u32) -> Option<&Edge> {
-        self.edges_of(node).iter().find(|edge| edge.to == to)
+    /// The node that the shortcut at a place bridges, [`NONE`] if the edge is none.
+    pub(super) fn middle(&self, place: u32) -> u32 {
+        self.middles[place as usize]
+    }
+
+    /// What a node that was contracted, or a core node, is joined to `to` by: the middle of that edge.
+    pub(super) fn between(&self, node: u32, to: u32) -> Option<u32> {
+        self.edges(node).find(|&place| self.edge(place).to == to).map(|place| self.middle(place))
     }
 
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.first.as_slice()) + size_of_val(self.edges.as_slice())
+        size_of_val(self.first.as_slice())
+            + size_of_val(self.ways.as_slice())
+            + size_of_val(self.middles.as_slice())
     }
 }
 

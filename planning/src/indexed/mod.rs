@@ -36,7 +36,7 @@ use crate::{
 };
 
 /// How many edges contraction looks at for each cell of the map.
-const EDGES_A_CELL: u64 = 60;
+const EDGES_A_CELL: u64 = 100;
 /// And for a map however small.
 const EDGES: u64 = 1_000_000;
 
@@ -278,8 +278,8 @@ impl Workspace {
         }
         let mut hub = meeting.hub;
         while let Some(parent) = Some(hub).filter(|_| meeting.in_core).and_then(|hub| self.core.parent(hub)) {
-            if let Some(edge) = index.hierarchy.between(parent, hub) {
-                self.hops.push(Hop { from: parent, to: hub, middle: edge.middle });
+            if let Some(middle) = index.hierarchy.between(parent, hub) {
+                self.hops.push(Hop { from: parent, to: hub, middle });
             }
             hub = parent;
         }
@@ -296,8 +296,8 @@ impl Workspace {
             }
             let halves = (index.hierarchy.between(middle, from), index.hierarchy.between(middle, to));
             if let (Some(first), Some(second)) = halves {
-                self.hops.push(Hop { from: middle, to, middle: second.middle });
-                self.hops.push(Hop { from, to: middle, middle: first.middle });
+                self.hops.push(Hop { from: middle, to, middle: second });
+                self.hops.push(Hop { from, to: middle, middle: first });
             }
         }
     }
@@ -307,7 +307,7 @@ impl Workspace {
 fn climb(index: &Index, mut node: u32, hub: u32, hops: &mut Vec<Hop>) {
     while let Some(place) = index.labels.next(node, hub) {
         let edge = index.hierarchy.edge(place);
-        hops.push(Hop { from: node, to: edge.to, middle: edge.middle });
+        hops.push(Hop { from: node, to: edge.to, middle: index.hierarchy.middle(place) });
         node = edge.to;
     }
 }

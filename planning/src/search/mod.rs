@@ -20,7 +20,7 @@ pub use astar::AStar;
 pub use dijkstra::{Dijkstra, Ways};
 pub use jps::Jps;
 pub use nodes::Workspace;
-use open::Open;
+pub(crate) use open::Open;
 
 use crate::{
     grid::{Cell, Grid},

@@ -53,7 +53,7 @@ impl<T: Copy> Open<T> {
     #[inline]
     pub(crate) fn push(&mut self, cost: Cost, item: T) {
         // Where rounding made a cost sink, it sank by less than a bucket.
-        let bucket = (((cost - self.base) >> WIDTH_BITS) as usize).max(self.current);
+        let bucket = ((cost.saturating_sub(self.base) >> WIDTH_BITS) as usize).max(self.current);
         if bucket >= self.buckets.len() {
             self.buckets.resize(bucket + 1, END);
         }
