@@ -7,6 +7,7 @@
 //! two coordinators cannot write one past.
 
 use std::{
+    collections::BTreeMap,
     fs::File,
     io::{self, Read as _},
     path::{Path, PathBuf},
@@ -16,7 +17,7 @@ use std::{
 use protocol::SiteMillis;
 use rusqlite::{Connection, ErrorCode, OpenFlags, params};
 
-use crate::core::Event;
+use crate::core::{Decision, Event, Fact};
 
 /// Says that a file is one of ours (SQLite's `application_id`): "ChHd".
 const APPLICATION: i32 = 0x4368_4864;
@@ -30,6 +31,8 @@ const MAGIC: &[u8; 16] = b"SQLite format 3\0";
 pub struct Store {
     file: PathBuf,
     connection: Connection,
+    /// Which event each decision is.
+    decisions: BTreeMap<u64, i64>,
 }
 
 /// Why an event log can't be read or written.
@@ -113,10 +116,27 @@ impl Store {
         let connection = Connection::open_with_flags(file, flags).map_err(failed)?;
         connection.busy_timeout(Duration::from_millis(500)).map_err(failed)?;
         connection.pragma_update(None, "locking_mode", "EXCLUSIVE").map_err(failed)?;
-        let store = Self { file: file.to_owned(), connection };
+        let mut store = Self { file: file.to_owned(), connection, decisions: BTreeMap::new() };
         store.prepare()?;
-        let events = store.read()?;
-        Ok((store, events))
+        let numbered = store.read()?;
+        let decisions = numbered.iter().filter_map(|(number, event)| Some((decided(event)?, *number)));
+        store.decisions = decisions.collect();
+        Ok((store, numbered.into_iter().map(|(_, event)| event).collect()))
+    }
+
+    /// Reads all events in the log in `file`, which no coordinator has open, and changes nothing.
+    ///
+    /// # Errors
+    /// [`StoreError`] if the file is not there, is no log, is damaged or in use.
+    pub fn read_only(file: &Path) -> Result<Vec<Event>, StoreError> {
+        let unreadable = |cause| StoreError::Unreadable { file: file.to_owned(), cause };
+        std::fs::metadata(file).map_err(unreadable)?;
+        check_header(file)?;
+        let failed = |cause| Self::error(file, cause);
+        let connection =
+            Connection::open_with_flags(file, OpenFlags::SQLITE_OPEN_READ_ONLY).map_err(failed)?;
+        let store = Self { file: file.to_owned(), connection, decisions: BTreeMap::new() };
+        Ok(store.read()?.into_iter().map(|(_, event)| event).collect())
     }
 
     /// Appends events, all or none, and returns when they are on the disk.
@@ -124,7 +144,25 @@ impl Store {
     /// # Errors
     /// [`StoreError`]; nothing was appended then, and the same events can be tried again.
     pub fn append(&mut self, events: &[Event]) -> Result<(), StoreError> {
-        self.try_append(events).map_err(|cause| Self::error(&self.file, cause))
+        let appended = self.try_append(events).map_err(|cause| Self::error(&self.file, cause))?;
+        self.decisions.extend(appended);
+        Ok(())
+    }
+
+    /// The decision with this number; `None` if none has it.
+    ///
+    /// # Errors
+    /// [`StoreError`] if the log can't be read.
+    pub fn decision(&self, id: u64) -> Result<Option<Decision>, StoreError> {
+        let Some(number) = self.decisions.get(&id) else { return Ok(None) };
+        let fact: String = self
+            .connection
+            .query_row("SELECT fact FROM events WHERE number = ?1", [number], |row| row.get(0))
+            .map_err(|cause| Self::error(&self.file, cause))?;
+        match self.parse(*number, &fact)? {
+            Fact::Decided(decision) => Ok(Some(decision)),
+            _ => Ok(None),
+        }
     }
 
     /// The file of the log.
@@ -139,17 +177,21 @@ impl Store {
         self.connection.pragma_update(None, "max_page_count", pages).unwrap();
     }
 
-    fn try_append(&mut self, events: &[Event]) -> Result<(), rusqlite::Error> {
+    /// Answers which decisions were appended as which events.
+    fn try_append(&mut self, events: &[Event]) -> Result<Vec<(u64, i64)>, rusqlite::Error> {
         let transaction = self.connection.transaction()?;
+        let mut decisions = Vec::new();
         let mut insert = transaction.prepare_cached("INSERT INTO events (at_ms, fact) VALUES (?1, ?2)")?;
         for event in events {
             let fact = serde_json::to_string(&event.fact)
                 .map_err(|error| rusqlite::Error::ToSqlConversionFailure(error.into()))?;
             let at_ms = i64::try_from(event.at.0).unwrap_or(i64::MAX);
-            insert.execute(params![at_ms, fact])?;
+            let number = insert.insert(params![at_ms, fact])?;
+            decisions.extend(decided(event).map(|id| (id, number)));
         }
         drop(insert);
-        transaction.commit()
+        transaction.commit()?;
+        Ok(decisions)
     }
 
     /// Checks a log, or makes the file one if it is empty. The marks of an event log are written
@@ -186,7 +228,8 @@ impl Store {
         Ok(())
     }
 
-    fn read(&self) -> Result<Vec<Event>, StoreError> {
+    /// All events with their numbers.
+    fn read(&self) -> Result<Vec<(i64, Event)>, StoreError> {
         let failed = |cause| Self::error(&self.file, cause);
         let mut select = self
             .connection
@@ -197,13 +240,17 @@ impl Store {
             .map_err(failed)?;
         rows.map(|row| {
             let (number, at, fact) = row.map_err(failed)?;
-            let fact = serde_json::from_str(&fact).map_err(|error| StoreError::Damaged {
-                file: self.file.clone(),
-                cause: format!("event {number} is not readable ({error})"),
-            })?;
-            Ok(Event { at: SiteMillis(u64::try_from(at).unwrap_or(0)), fact })
+            let fact = self.parse(number, &fact)?;
+            Ok((number, Event { at: SiteMillis(u64::try_from(at).unwrap_or(0)), fact }))
         })
         .collect()
+    }
+
+    fn parse(&self, number: i64, fact: &str) -> Result<Fact, StoreError> {
+        serde_json::from_str(fact).map_err(|error| StoreError::Damaged {
+            file: self.file.clone(),
+            cause: format!("event {number} is not readable ({error})"),
+        })
     }
 
     fn error(file: &Path, cause: rusqlite::Error) -> StoreError {
@@ -216,6 +263,14 @@ impl Store {
             }
             _ => StoreError::Failed { file, cause },
         }
+    }
+}
+
+/// The number of the decision that an event is.
+const fn decided(event: &Event) -> Option<u64> {
+    match &event.fact {
+        Fact::Decided(decision) => Some(decision.id),
+        _ => None,
     }
 }
 

@@ -3,6 +3,7 @@
 //! | path | answer |
 //! |---|---|
 //! | `GET /api/v1/state` | a [`View`] |
+//! | `GET /api/v1/decisions/{id}` | a [`Decision`] that was ever made, with its explanation; 404 if there is none |
 //! | `GET /api/v1/changes` | WebSocket: a whole view first, then what [`changes`] in it |
 //! | `GET /` | the dashboard ([`ui`]) |
 //!
@@ -15,9 +16,10 @@ use std::{sync::Arc, time::Duration};
 use axum::{
     Json, Router,
     extract::{
-        State,
+        Path, State,
         ws::{Message, WebSocket, WebSocketUpgrade},
     },
+    http::StatusCode,
     response::{IntoResponse, Response},
     routing::get,
 };
@@ -25,7 +27,11 @@ use serde::Serialize;
 use tokio::{net::TcpListener, sync::watch, time};
 
 use self::changes::Change;
-use crate::{core::View, ui};
+use crate::{
+    core::{Decision, View},
+    daemon::History,
+    ui,
+};
 
 /// A reader of changes that takes nothing for this long is hung up.
 const STUCK: Duration = Duration::from_secs(10);
@@ -33,11 +39,13 @@ const STUCK: Duration = Duration::from_secs(10);
 type Views = watch::Receiver<Arc<View>>;
 
 /// Serves until the task is dropped.
-pub async fn serve(listener: TcpListener, views: Views) {
+pub async fn serve(listener: TcpListener, views: Views, history: History) {
+    let decisions = Router::new().route("/api/v1/decisions/{id}", get(decision)).with_state(history);
     let router = Router::new()
         .route("/api/v1/state", get(state))
         .route("/api/v1/changes", get(follow))
         .with_state(views)
+        .merge(decisions)
         .merge(ui::routes());
     if let Err(error) = axum::serve(listener, router).await {
         tracing::error!("the dashboard has ended: {error}");
@@ -47,6 +55,17 @@ pub async fn serve(listener: TcpListener, views: Views) {
 async fn state(State(views): State<Views>) -> Response {
     let view = Arc::clone(&views.borrow());
     Json(view.as_ref()).into_response()
+}
+
+async fn decision(State(history): State<History>, Path(id): Path<u64>) -> Response {
+    match history.decision(id).await {
+        Ok(Some(decision)) => Json::<Decision>(decision).into_response(),
+        Ok(None) => {
+            let text = format!("there is no decision {id}; /api/v1/state has the newest ones");
+            (StatusCode::NOT_FOUND, text).into_response()
+        }
+        Err(error) => (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response(),
+    }
 }
 
 async fn follow(State(views): State<Views>, upgrade: WebSocketUpgrade) -> Response {

@@ -8,6 +8,7 @@
 mod chassis;
 mod check;
 mod demo;
+mod explain;
 mod keys;
 mod live;
 mod map;
@@ -54,6 +55,7 @@ enum Command {
     Map(map::Map),
     Plan(plan::Plan),
     Select(select::Select),
+    Explain(explain::Explain),
     Reproduce(reproduce::Reproduce),
     Chassis(chassis::Chassis),
     Keys(keys::MakeKeys),
@@ -70,6 +72,7 @@ impl Command {
             Self::Map(command) => command.run(),
             Self::Plan(command) => command.run(),
             Self::Select(command) => command.run(),
+            Self::Explain(command) => command.run(),
             Self::Reproduce(command) => command.run(),
             Self::Chassis(command) => command.run(),
             Self::Keys(command) => command.run(),

@@ -14,7 +14,7 @@ use protocol::{DeviceId, Message, SiteMillis};
 
 use super::{planning_times::PlanningTimes, warnings::Warnings};
 use crate::{
-    core::{Coordinator, Effect, Event, Fact, Input, View},
+    core::{Coordinator, Decision, Effect, Event, Fact, Input, View},
     store::{Store, StoreError},
 };
 
@@ -90,6 +90,14 @@ impl Engine {
         self.unrecorded.drain(..).for_each(|event| log(&event));
         perform(&self.warnings, self.withheld.drain(..), send);
         Ok(())
+    }
+
+    /// A decision that was ever made, by its number; `None` if there was none with it.
+    ///
+    /// # Errors
+    /// Why the log cannot be read.
+    pub fn decision(&self, id: u64) -> Result<Option<Decision>, StoreError> {
+        self.store.decision(id)
     }
 
     /// The picture of the site. What is not recorded yet is not shown as if it were: the caller

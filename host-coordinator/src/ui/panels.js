@@ -151,7 +151,7 @@ function explanation(decision) {
     html("td", { class: "number" }, row.distance == null ? "no path" : number(row.distance)),
     html("td", { class: "number" }, number(row.probability, 2)),
     html("td", { class: "number" }, timed ? duration(away(row)) : number(row.score, 3)),
-    html("td", { class: "reason", title: row.unless ? `Chosen ${row.unless}` : null }, row.reason ?? plain(row.verdict)),
+    html("td", { class: "reason", title: row.unless ? `Could be chosen ${row.unless}` : null }, row.reason ?? plain(row.verdict)),
   ];
   return html(
     "div",

@@ -121,6 +121,54 @@ async fn the_state_has_the_promised_form() {
     daemon.shutdown().await;
 }
 
+/// `chargehand explain` with these arguments: whether it succeeded, and what it printed.
+async fn explain(arguments: Vec<String>) -> (bool, String) {
+    let explained = tokio::task::spawn_blocking(move || {
+        std::process::Command::new(env!("CARGO_BIN_EXE_chargehand")).arg("explain").args(arguments).output()
+    });
+    let output = explained.await.unwrap().unwrap();
+    let text = if output.status.success() { output.stdout } else { output.stderr };
+    (output.status.success(), String::from_utf8(text).unwrap())
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_decision_is_explained_by_the_running_coordinator_after_a_restart_and_from_its_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, clock) = start(folder.path()).await;
+    let world = World::start(daemon.addresses().udp, clock, &[2], &[3]);
+    until(&daemon, "decided", |view| view.decisions.iter().any(|decision| decision.chosen.is_some())).await;
+    let decision = daemon.view().borrow().decisions[0].clone();
+    world.stop();
+    daemon.shutdown().await;
+
+    let id = decision.id.to_string();
+    let log = folder.path().join("events.sqlite").display().to_string();
+    let (ok, read) = explain(vec![id.clone(), "--log".into(), log.clone(), "--json".into()]).await;
+    assert!(ok, "{read}");
+    assert_eq!(serde_json::from_str::<host_coordinator::core::Decision>(&read).unwrap(), decision);
+    let (ok, error) = explain(vec!["77".into(), "--log".into(), log.clone()]).await;
+    assert!(!ok && error.contains("no decision 77; its newest is"), "{error}");
+    let missing = format!("{log}.none");
+    let (ok, error) = explain(vec!["0".into(), "--log".into(), missing.clone()]).await;
+    assert!(!ok && error.contains(&missing) && !std::path::Path::new(&missing).exists(), "{error}");
+
+    let (daemon, _) = start(folder.path()).await;
+    let (status, body) = get(http(&daemon), &format!("/api/v1/decisions/{id}")).await;
+    assert_eq!(status, "HTTP/1.1 200 OK");
+    assert_eq!(serde_json::from_str::<host_coordinator::core::Decision>(&body).unwrap(), decision);
+    let (status, body) = get(http(&daemon), "/api/v1/decisions/77").await;
+    assert!(status.contains("404") && body.contains("no decision 77"), "{status} {body}");
+    let url = format!("http://{}", http(&daemon));
+    let (ok, told) = explain(vec![id, "--url".into(), url.clone()]).await;
+    assert!(ok && told.contains("robot 3 goes to pile 2") && told.contains("silent for too long"), "{told}");
+    println!("{told}");
+    let (ok, error) = explain(vec!["77".into(), "--url".into(), url.clone()]).await;
+    assert!(!ok && error.contains("no decision 77"), "{error}");
+    daemon.shutdown().await;
+    let (ok, error) = explain(vec!["0".into(), "--url".into(), url]).await;
+    assert!(!ok && error.contains("does not answer"), "{error}");
+}
+
 /// Just enough of RFC 6455 to read a server's text messages.
 struct WebSocket(TcpStream);
 
