@@ -1,6 +1,10 @@
 //! `chargehand explain`: why was that pile chosen?
 
-use std::{path::PathBuf, time::Duration};
+use std::{
+    error::Error,
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use host_coordinator::{
     core::{Decision, Fact, decision::Explanation},
@@ -48,13 +52,13 @@ enum Unexplained {
 impl Explain {
     pub fn run(self) -> Outcome {
         let decision = match &self.log {
-            Some(file) => self.from_log(file)?,
-            None => self.from_coordinator()?,
+            Some(file) => self.read_log(file)?,
+            None => self.ask_coordinator()?,
         };
         if self.json { out_json(&decision) } else { out(&text(&decision)) }
     }
 
-    fn from_log(&self, file: &PathBuf) -> Result<Decision, Box<dyn std::error::Error>> {
+    fn read_log(&self, file: &Path) -> Result<Decision, Box<dyn Error>> {
         let decisions = Store::read_only(file)?.into_iter().filter_map(|event| match event.fact {
             Fact::Decided(decision) => Some(decision),
             _ => None,
@@ -66,10 +70,10 @@ impl Explain {
             }
             newest = Some(decision.id);
         }
-        Err(Unexplained::NoneInLog { file: file.clone(), id: self.id, newest }.into())
+        Err(Unexplained::NoneInLog { file: file.to_owned(), id: self.id, newest }.into())
     }
 
-    fn from_coordinator(&self) -> Result<Decision, Unexplained> {
+    fn ask_coordinator(&self) -> Result<Decision, Unexplained> {
         let Self { url, id, .. } = self;
         let silent = |cause: String| Unexplained::Silent { url: url.clone(), cause };
         let config = ureq::Agent::config_builder().timeout_global(Some(PATIENCE));

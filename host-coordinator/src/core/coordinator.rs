@@ -1,7 +1,8 @@
 //! The coordinator's step: who is heard, what it means, and what follows from it.
 //!
-//! A step takes one input in, and then settles everything that is due: leases
-//! (`grants`), the queue and what robots are told (`queue`).
+//! A step takes one input in, and then settles what follows from it: leases (`grants`), the queue and
+//! what robots are told (`queue`). A frame concerns its sender and whoever an event names; what only time
+//! brings, for everybody, is settled at each tick. So a frame costs the same in a small site and a large one.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -18,6 +19,7 @@ use super::{
     routes::Routes,
     site_view::SiteView,
     state::{Phase, State},
+    turn::{Concerned, Turn},
 };
 use crate::{
     config::{Policy, RobotConfig},
@@ -80,22 +82,6 @@ pub struct Coordinator {
     pub(super) site_view: Arc<SiteView>,
 }
 
-/// A step in the making.
-pub(super) struct Turn {
-    pub now: SiteMillis,
-    step: Step,
-}
-
-impl Turn {
-    pub fn send(&mut self, to: DeviceId, message: Message) {
-        self.step.effects.push(Effect::Send { to, message });
-    }
-
-    pub fn warn(&mut self, text: String) {
-        self.step.effects.push(Effect::Warn(text));
-    }
-}
-
 impl Coordinator {
     /// A coordinator with the past that `events` tell, and with the memory of `site`'s paths.
     #[must_use]
@@ -122,7 +108,7 @@ impl Coordinator {
     /// Takes one input. The events are already part of [`Self::state`]; the effects must wait until
     /// they are recorded.
     pub fn step(&mut self, now: SiteMillis, input: Input) -> Step {
-        let mut turn = Turn { now, step: Step::default() };
+        let mut turn = Turn { now, step: Step::default(), concerned: Concerned::default() };
         match input {
             Input::Started { boot_floor } => {
                 self.observed = Observed { started: now, queue_is_due: true, ..Observed::default() };
@@ -130,14 +116,23 @@ impl Coordinator {
                 self.record(&mut turn, Fact::Started { boot });
                 self.start_epoch(&mut turn, Epoch(0), LeaseId(1));
             }
-            Input::Distrusted(device) => self.distrust(&mut turn, device),
-            Input::Frame(frame) => self.hear(&mut turn, frame),
-            Input::Tick => {}
+            Input::Distrusted(device) => {
+                turn.concerned.device(device);
+                self.distrust(&mut turn, device);
+            }
+            Input::Frame(frame) => {
+                turn.concerned.device(frame.header.sender);
+                self.hear(&mut turn, frame);
+            }
+            Input::Tick => turn.concerned.everybody(),
         }
-        self.withdraw_requests(&mut turn);
-        self.tend_leases(&mut turn);
+        let robots = self.concerned_robots(&turn);
+        self.withdraw_requests(&mut turn, &robots);
+        let piles = self.concerned_piles(&turn);
+        self.tend_leases(&mut turn, &piles);
         self.serve_queue(&mut turn);
-        self.instruct_robots(&mut turn);
+        let robots = self.concerned_robots(&turn);
+        self.instruct_robots(&mut turn, &robots);
         turn.step
     }
 
@@ -153,7 +148,7 @@ impl Coordinator {
         match device {
             // A chassis talks to its robot's computer only, the others at a desk.
             DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => false,
-            DeviceId::Pile(pile) => self.site.piles.iter().any(|known| known.id == pile),
+            DeviceId::Pile(pile) => self.site.pile(pile).is_some(),
             DeviceId::Robot(robot) => self.robots.contains_key(&robot),
         }
     }
@@ -162,6 +157,7 @@ impl Coordinator {
     pub(super) fn record(&mut self, turn: &mut Turn, fact: Fact) {
         let event = Event { at: turn.now, fact };
         self.state.apply(&event);
+        turn.concerned.fact(&event.fact);
         turn.step.events.push(event);
     }
 

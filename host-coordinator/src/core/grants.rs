@@ -17,9 +17,10 @@ use protocol::{
 };
 
 use super::{
-    coordinator::{Coordinator, Turn},
+    coordinator::Coordinator,
     event::{Command, Fact, LeaseEnd, RevokeReason},
     state::{Lease, Phase, Place},
+    turn::Turn,
 };
 
 /// A command is refused by a pile that gets it later than this after it was given.
@@ -158,13 +159,14 @@ impl Coordinator {
         Command { id: self.state.next_command, valid_until: now.after(life) }
     }
 
-    /// Does what is due for every lease and every promise.
-    pub(super) fn tend_leases(&mut self, turn: &mut Turn) {
-        let piles: Vec<_> = self.state.piles.keys().copied().collect();
-        for pile in piles {
-            match self.state.lease(pile).copied() {
-                Some(lease) => self.tend(turn, pile, &lease),
-                None => self.keep_promise(turn, pile),
+    /// Does what is due for the leases and promises of `piles`.
+    pub(super) fn tend_leases(&mut self, turn: &mut Turn, piles: &[PileId]) {
+        for &pile in piles {
+            if let Some(lease) = self.state.lease(pile).copied() {
+                self.tend(turn, pile, &lease);
+            }
+            if self.state.lease(pile).is_none() {
+                self.keep_promise(turn, pile);
             }
         }
     }

@@ -13,6 +13,7 @@
 //! | [`state`] | what is known for sure: the fold of the log |
 //! | [`observed`] | what was heard since the start |
 //! | [`coordinator`] | the step: who is heard and what it means |
+//! | `turn` | a step in the making, and whom it concerns |
 //! | `grants` | leases: granted, extended, taken back, ended |
 //! | `queue` | robots that ask: who waits, who is given which pile, what they are told |
 //! | `situation` | what is known of all robots that wait, as the policies take it |
@@ -31,6 +32,7 @@ pub mod routes;
 mod site_view;
 mod situation;
 pub mod state;
+mod turn;
 pub mod view;
 
 pub use coordinator::{Coordinator, Effect, Input, Step};

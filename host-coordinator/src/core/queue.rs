@@ -9,11 +9,12 @@ use protocol::{
 };
 
 use super::{
-    coordinator::{Coordinator, Turn},
+    coordinator::Coordinator,
     decision::Decision,
     event::Fact,
     observed::{Route, Told},
     state::{Phase, Place, Request},
+    turn::Turn,
 };
 use crate::selection::{Asker, Choice};
 
@@ -44,15 +45,14 @@ impl Coordinator {
         self.observed.queue_is_due = true;
     }
 
-    /// Closes the requests of robots that went back to work.
-    pub(super) fn withdraw_requests(&mut self, turn: &mut Turn) {
-        let open: Vec<_> =
-            self.state.requests.iter().map(|(robot, request)| (*robot, request.place)).collect();
-        for (robot, place) in open {
+    /// Closes the requests of those of `robots` that went back to work.
+    pub(super) fn withdraw_requests(&mut self, turn: &mut Turn, robots: &[RobotId]) {
+        for &robot in robots {
             if !self.is_back_at_work(robot) {
                 continue;
             }
-            match place {
+            let Some(request) = self.state.requests.get(&robot) else { continue };
+            match request.place {
                 Place::Waiting => self.record(turn, Fact::Withdrawn { robot }),
                 Place::Next(pile) => {
                     self.record(turn, Fact::NextReleased { pile, robot });
@@ -108,10 +108,10 @@ impl Coordinator {
         }
     }
 
-    /// Tells every robot that asked where to go, until it goes there, or that it must wait.
-    pub(super) fn instruct_robots(&mut self, turn: &mut Turn) {
-        let open: Vec<_> = self.state.requests.iter().map(|(robot, request)| (*robot, *request)).collect();
-        for (robot, request) in open {
+    /// Tells each of `robots` that asked where to go, until it goes there, or that it must wait.
+    pub(super) fn instruct_robots(&mut self, turn: &mut Turn, robots: &[RobotId]) {
+        for &robot in robots {
+            let Some(request) = self.state.requests.get(&robot).copied() else { continue };
             // A robot that was not heard since our start cannot hear us either.
             let Some(seen) = self.observed.robots.get(&robot) else { continue };
             let accepted = seen.report.is_some_and(|report| report.accepted == Some(request.id));

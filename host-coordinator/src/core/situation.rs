@@ -3,12 +3,7 @@
 use firmware_pile::charge;
 use protocol::{Availability, EnergyJ, PileId, Position, RobotId, SiteMillis};
 
-use super::{
-    PILE,
-    coordinator::{Coordinator, Turn},
-    routes::Ways,
-    state::Request,
-};
+use super::{PILE, coordinator::Coordinator, routes::Ways, state::Request, turn::Turn};
 use crate::{
     config::RobotConfig,
     selection::{Asker, Candidate, Offer, Situation, Times, activity, priority, reach},

@@ -233,7 +233,7 @@ impl Site {
     /// The pile with this number.
     #[must_use]
     pub fn pile(&self, id: PileId) -> Option<&SitePile> {
-        self.piles.iter().find(|pile| pile.id == id)
+        self.piles.binary_search_by_key(&id, |pile| pile.id).ok().and_then(|at| self.piles.get(at))
     }
 }
 

@@ -10,7 +10,7 @@ use firmware_pile::{Input as PileInput, TagRead, To, plant::Battery};
 use host_coordinator::{
     config::{Policy, RobotConfig},
     core::{
-        Coordinator, Effect, Event, Input, State,
+        Coordinator, Effect, Event, Input, State, Step,
         state::{Phase, Place},
     },
     site::Site,
@@ -174,6 +174,13 @@ impl BoxSite {
         }
     }
 
+    /// A frame settles only whom it concerns: at the same instant a tick, which settles everybody, must find
+    /// nothing that was forgotten.
+    fn nothing_is_left_to_do(&mut self) {
+        let more = self.coordinator.step(SiteMillis(self.now), Input::Tick);
+        assert_eq!(more, Step::default(), "seed {}: a frame left something undone", self.seed);
+    }
+
     fn post(&mut self, route: (DeviceId, DeviceId), bytes: &[u8]) {
         self.line.post(self.now, self.trouble.line, &mut self.random, route, bytes);
     }
@@ -183,11 +190,11 @@ impl BoxSite {
         let end = self.now + duration_ms;
         while self.now < end {
             self.now += STEP_MS;
+            self.coordinate(Input::Tick);
             self.deliver();
             if self.random.chance(self.trouble.crash) {
                 self.crash();
             }
-            self.coordinate(Input::Tick);
             self.step_piles();
             self.step_robots();
             self.check();
@@ -211,9 +218,13 @@ impl BoxSite {
         while let Some((route, bytes)) = self.line.arrived(self.now) {
             for found in self.opened(route, &bytes) {
                 match (route.1, found) {
-                    (DeviceId::Coordinator, Ok(frame)) => self.coordinate(Input::Frame(frame)),
+                    (DeviceId::Coordinator, Ok(frame)) => {
+                        self.coordinate(Input::Frame(frame));
+                        self.nothing_is_left_to_do();
+                    }
                     (DeviceId::Coordinator, Err(FrameError::Unauthentic { sender })) => {
                         self.coordinate(Input::Distrusted(sender));
+                        self.nothing_is_left_to_do();
                     }
                     (DeviceId::Pile(pile), Ok(frame)) => self.step_pile(pile, PileInput::Frame(&frame)),
                     (DeviceId::Pile(pile), Err(error)) => self.step_pile(pile, PileInput::Discarded(error)),
