@@ -7,7 +7,7 @@
 //! | | a cell and target | no way beyond |
 //! |---|---|---|
 //! | 8 neighbours | 5 bytes | 53,165 cells |
-//! | 16 neighbours | 9 bytes | 1,048,576 cells |
+//! | 16 neighbours | 9 bytes | 65,533 cells |
 //!
 //! Of equally short ways the one is kept whose move has the lowest number in [`MoveSet::steps`], at every
 //! cell: a function of the map alone.
@@ -28,10 +28,9 @@
 //! ```
 
 use super::{
-    build::Builder,
     image::{Image, Layout},
     metric::{Knight, Metric, Octile},
-    repair::{Column, Repair},
+    repair,
 };
 use crate::{
     grid::{Cell, Grid},
@@ -118,16 +117,11 @@ impl Fields {
 
     /// Builds all fields.
     fn rebuild(&mut self) {
+        let places = self.places();
         match self.moves {
-            MoveSet::Eight => self.rebuild_as::<Octile>(),
-            MoveSet::Sixteen => self.rebuild_as::<Knight>(),
+            MoveSet::Eight => repair::build::<Octile>(&self.grid, &places, self.image.table_mut()),
+            MoveSet::Sixteen => repair::build::<Knight>(&self.grid, &places, self.image.table_mut()),
         }
-    }
-
-    fn rebuild_as<M: Metric>(&mut self) {
-        let places: Vec<_> = (0..).zip(self.places()).collect();
-        let (distances, runs) = self.image.parts_mut::<M>();
-        Builder::<M>::new(&self.grid).build_all(&places, places.len(), distances, runs);
     }
 
     /// The targets' places in the grid, `None` where one is blocked.
@@ -150,28 +144,11 @@ impl Fields {
         if changed.is_empty() {
             return Repaired::default();
         }
-        match self.moves {
-            MoveSet::Eight => self.repair::<Octile>(&before, &changed),
-            MoveSet::Sixteen => self.repair::<Knight>(&before, &changed),
-        }
-    }
-
-    fn repair<M: Metric>(&mut self, before: &Grid, changed: &[Cell]) -> Repaired {
         let places = self.places();
-        let targets = places.len();
-        let (distances, runs) = self.image.parts_mut::<M>();
-        let mut repair = Repair::<M>::new(before, &self.grid, changed);
-        let mut given_up = Vec::new();
-        for (target, place) in places.into_iter().enumerate() {
-            let mut column = Column { distances: &mut *distances, runs: &mut *runs, target, targets };
-            if !repair.field(place, &mut column) {
-                given_up.push((target, place));
-            }
+        match self.moves {
+            MoveSet::Eight => repair::repair::<Octile>(&self.grid, &changed, &places, self.image.table_mut()),
+            MoveSet::Sixteen => repair::repair::<Knight>(&self.grid, &changed, &places, self.image.table_mut()),
         }
-        if !given_up.is_empty() {
-            Builder::<M>::new(&self.grid).build_all(&given_up, targets, distances, runs);
-        }
-        Repaired { repaired: targets - given_up.len(), rebuilt: given_up.len() }
     }
 
     /// The map.

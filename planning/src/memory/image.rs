@@ -6,7 +6,7 @@ use bytemuck::Pod;
 
 use super::{
     metric::{Knight, Metric, Octile},
-    table::Table,
+    table::{Table, TableMut},
 };
 use crate::moves::MoveSet;
 
@@ -117,12 +117,12 @@ impl Image {
         }
     }
 
-    /// The distances and runs, to change.
-    pub fn parts_mut<M: Metric>(&mut self) -> (&mut [M::Distance], &mut [u8]) {
-        let Layout { distances, runs, .. } = &self.layout;
+    pub fn table_mut<M: Metric>(&mut self) -> TableMut<'_, M> {
+        let Layout { distances, runs, targets } = &self.layout;
         let bytes = self.memory.as_mut().as_mut();
         let (before, after) = bytes.split_at_mut(runs.start);
-        (bytemuck::cast_slice_mut(&mut before[distances.clone()]), &mut after[..runs.len()])
+        let distances = bytemuck::cast_slice_mut(&mut before[distances.clone()]);
+        TableMut { distances, runs: &mut after[..runs.len()], targets: *targets }
     }
 }
 

@@ -5,32 +5,27 @@ use std::fmt::Debug;
 
 use bytemuck::Pod;
 
-use crate::{
-    moves::{Length, MoveSet, Step},
-    search::neighbours::Moves,
-};
+use crate::moves::{Length, MoveSet};
 
 /// The distances of a move set.
+///
+/// A distance is one integer, a sum of its moves' costs, which orders as the real lengths do and tells how
+/// many moves of each kind it is made of. It is signed, because processors compare signed numbers side by
+/// side.
 pub(super) trait Metric: Copy + Debug {
     /// A distance as it is stored.
-    type Distance: Pod + Eq + Debug + Send + Sync;
-    /// Distances order by their keys.
-    type Key: Ord + Copy;
+    type Distance: Pod + Ord + Debug + Send + Sync;
 
     /// The move set.
     const MOVES: MoveSet;
     /// The distance from a target to itself.
     const HERE: Self::Distance;
-    /// The distance where no way is known. It is longer than all others.
+    /// The distance where no way is known. No way is as long; one move more still fits.
     const FAR: Self::Distance;
-    /// No way is longer than this.
-    const LIMIT: Self::Key;
     /// Bits that a move's number takes in a byte of the run table; the others count its repeats.
     const NUMBER_BITS: u32;
 
-    fn key(distance: Self::Distance) -> Self::Key;
-
-    /// The distance one move further.
+    /// The distance one move further, where no way is known too.
     fn plus(distance: Self::Distance, number: usize) -> Self::Distance;
 
     /// The counts of moves.
@@ -38,17 +33,13 @@ pub(super) trait Metric: Copy + Debug {
 
     /// The length in cells.
     fn cells(distance: Self::Distance) -> f64;
-
-    /// The moves a search from a target has to try at a cell that was reached by `arrivals`, all of them
-    /// equally short (none at the target itself), of those that are `allowed` there.
-    fn successors(arrivals: Moves, allowed: Moves) -> Moves;
 }
 
 /// Straight moves of length 1 and diagonal ones of length sqrt 2.
 ///
-/// A distance is one integer, [`STRAIGHT`] for each straight move and [`DIAGONAL`] for each diagonal one.
-/// The two are a convergent of sqrt 2: below [`STRAIGHT`] moves of each kind no sum of one orders or
-/// equals another but as the real lengths do, and the remainder by [`STRAIGHT`] tells the diagonal moves.
+/// [`STRAIGHT`] for each straight move and [`DIAGONAL`] for each diagonal one, a convergent of sqrt 2: below
+/// [`STRAIGHT`] moves of each kind no sum of one orders or equals another but as the real lengths do, and the
+/// remainder by [`STRAIGHT`] tells the diagonal moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Octile;
 
@@ -65,142 +56,95 @@ const fn inverse(of: u32, modulus: u32) -> u64 {
     candidate
 }
 
+impl Octile {
+    #[inline]
+    const fn units(distance: i32) -> u32 {
+        distance.wrapping_sub(Self::HERE) as u32
+    }
+}
+
 impl Metric for Octile {
-    type Distance = u32;
-    type Key = u32;
+    type Distance = i32;
 
     const MOVES: MoveSet = MoveSet::Eight;
-    const HERE: u32 = 0;
-    const FAR: u32 = u32::MAX;
-    /// 53,165 cells; one more move still fits.
-    const LIMIT: u32 = u32::MAX - 1 - DIAGONAL;
+    const HERE: i32 = i32::MIN;
+    /// 53,165 cells.
+    const FAR: i32 = i32::MAX - DIAGONAL as i32;
     const NUMBER_BITS: u32 = 3;
 
     #[inline]
-    fn key(distance: u32) -> u32 {
-        distance
+    fn plus(distance: i32, number: usize) -> i32 {
+        distance.wrapping_add(if number < 4 { STRAIGHT } else { DIAGONAL } as i32)
     }
 
     #[inline]
-    fn plus(distance: u32, number: usize) -> u32 {
-        distance.wrapping_add(if number < 4 { STRAIGHT } else { DIAGONAL })
+    fn length(distance: i32) -> Length {
+        let units = Self::units(distance);
+        let diagonal = (u64::from(units % STRAIGHT) * INVERSE % u64::from(STRAIGHT)) as u32;
+        Length { straight: (units - diagonal * DIAGONAL) / STRAIGHT, diagonal, knight: 0 }
     }
 
     #[inline]
-    fn length(distance: u32) -> Length {
-        let diagonal = (u64::from(distance % STRAIGHT) * INVERSE % u64::from(STRAIGHT)) as u32;
-        Length { straight: (distance - diagonal * DIAGONAL) / STRAIGHT, diagonal, knight: 0 }
-    }
-
-    #[inline]
-    fn cells(distance: u32) -> f64 {
-        f64::from(distance) * (1.0 / STRAIGHT as f64)
-    }
-
-    /// Jump point search's pruning: of equally short ways the one whose diagonals come first is enough.
-    #[inline]
-    fn successors(arrivals: Moves, allowed: Moves) -> Moves {
-        if arrivals == 0 {
-            return allowed;
-        }
-        let mut successors = 0;
-        let mut rest = arrivals;
-        while rest != 0 {
-            let arrival = rest.trailing_zeros() as usize;
-            rest &= rest - 1;
-            successors |= SUCCESSORS[arrival & 7][(allowed & 255) as usize];
-        }
-        successors.into()
+    fn cells(distance: i32) -> f64 {
+        f64::from(Self::units(distance)) * (1.0 / STRAIGHT as f64)
     }
 }
 
-/// For each arrival and each set of allowed moves the successors.
-static SUCCESSORS: [[u8; 256]; 8] = {
-    let steps = MoveSet::Eight.steps();
-    let mut table = [[0; 256]; 8];
-    let mut arrival = 0;
-    while arrival < 8 {
-        let mut allowed = 0;
-        while allowed < 256 {
-            table[arrival][allowed] = natural(steps[arrival], allowed as u8) & allowed as u8;
-            allowed += 1;
-        }
-        arrival += 1;
-    }
-    table
-};
-
-/// The moves after `arrival` to cells that the cell before does not reach as well another way.
-const fn natural((dx, dy): Step, allowed: u8) -> u8 {
-    if dx != 0 && dy != 0 {
-        return bit((dx, 0)) | bit((0, dy)) | bit((dx, dy));
-    }
-    let mut moves = bit((dx, dy));
-    let mut side = -1;
-    while side <= 1 {
-        // Where the cell beside the cell before is free, that one leads to this side.
-        let (x, y) = (dy * side, dx * side);
-        if allowed & bit((x - dx, y - dy)) == 0 {
-            moves |= bit((x, y)) | bit((x + dx, y + dy));
-        }
-        side += 2;
-    }
-    moves
-}
-
-const fn bit(step: Step) -> u8 {
-    let steps = MoveSet::Eight.steps();
-    let mut number = 0;
-    while steps[number].0 != step.0 || steps[number].1 != step.1 {
-        number += 1;
-    }
-    1 << number
-}
-
-/// Straight, diagonal and knight's moves of length sqrt 5, each counted by 21 bits of a distance.
+/// Straight, diagonal and knight's moves of length sqrt 5.
+///
+/// The high 48 bits are the length's cost, by which lengths order; the low 16 count the diagonal moves. A
+/// knight's move's cost is odd, so that the rest of the cost modulo a straight move's, a power of two, tells
+/// the knight's moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Knight;
 
-const COUNT_BITS: u32 = 21;
-const COUNT: u64 = (1 << COUNT_BITS) - 1;
+const DIAGONAL_BITS: u32 = 16;
+const DIAGONAL_COST: u64 = Length::of((1, 1)).cost();
+const KNIGHT_COST: u64 = Length::of((2, 1)).cost();
+/// [`KNIGHT_COST`] times this is 1 modulo 2^32: Newton's iteration doubles the bits that are right.
+const KNIGHT_INVERSE: u32 = {
+    let of = KNIGHT_COST as u32;
+    let mut inverse = of;
+    let mut right = 3;
+    while right < 32 {
+        inverse = inverse.wrapping_mul(2u32.wrapping_sub(of.wrapping_mul(inverse)));
+        right *= 2;
+    }
+    inverse
+};
 
 impl Metric for Knight {
-    type Distance = u64;
-    /// As [`Length`] orders.
-    type Key = (u64, u64);
+    type Distance = i64;
 
     const MOVES: MoveSet = MoveSet::Sixteen;
-    const HERE: u64 = 0;
-    const FAR: u64 = u64::MAX;
-    /// A million cells.
-    const LIMIT: (u64, u64) = (1 << 52, 0);
+    const HERE: i64 = i64::MIN;
+    /// 65,533 cells.
+    const FAR: i64 = i64::MAX - ((KNIGHT_COST as i64) << DIAGONAL_BITS);
     const NUMBER_BITS: u32 = 4;
 
     #[inline]
-    fn key(distance: u64) -> (u64, u64) {
-        (Self::length(distance).cost(), distance)
+    fn plus(distance: i64, number: usize) -> i64 {
+        let move_units = match number {
+            0..4 => 1 << (32 + DIAGONAL_BITS),
+            4..8 => (DIAGONAL_COST as i64) << DIAGONAL_BITS | 1,
+            _ => (KNIGHT_COST as i64) << DIAGONAL_BITS,
+        };
+        distance.wrapping_add(move_units)
     }
 
     #[inline]
-    fn plus(distance: u64, number: usize) -> u64 {
-        let kind = u32::from(number >= 4) + u32::from(number >= 8);
-        distance.wrapping_add(1 << (kind * COUNT_BITS))
+    fn length(distance: i64) -> Length {
+        let units = distance.wrapping_sub(Self::HERE) as u64;
+        let diagonal = (units & ((1 << DIAGONAL_BITS) - 1)) as u32;
+        let rest = (units >> DIAGONAL_BITS) - u64::from(diagonal) * DIAGONAL_COST;
+        let knight = (rest as u32).wrapping_mul(KNIGHT_INVERSE);
+        let straight = ((rest - u64::from(knight) * KNIGHT_COST) >> 32) as u32;
+        Length { straight, diagonal, knight }
     }
 
     #[inline]
-    fn length(distance: u64) -> Length {
-        let count = |kind: u32| (distance >> (kind * COUNT_BITS) & COUNT) as u32;
-        Length { straight: count(0), diagonal: count(1), knight: count(2) }
-    }
-
-    #[inline]
-    fn cells(distance: u64) -> f64 {
+    fn cells(distance: i64) -> f64 {
         Self::length(distance).units()
-    }
-
-    #[inline]
-    fn successors(_: Moves, allowed: Moves) -> Moves {
-        allowed
     }
 }
 
@@ -220,13 +164,13 @@ mod tests {
     proptest! {
         #[test]
         fn distances_are_exact_counts_and_order_as_lengths(
-            one in (0u32..9000, 0u32..9000, 0u32..900), other in (0u32..9000, 0u32..9000, 0u32..900),
+            one in (0u32..9000, 0u32..9000, 0u32..9000), other in (0u32..9000, 0u32..9000, 0u32..9000),
         ) {
             let length = |(straight, diagonal, knight)| Length { straight, diagonal, knight };
-            for (one, other) in [(one, other), ((one.0, one.1, 0), (other.0, other.1, 0))] {
-                let [a, b] = [one, other].map(|(s, d, k)| of::<Knight>([s, d, k]));
-                prop_assert_eq!(Knight::length(a), length(one));
-                prop_assert_eq!(Knight::key(a).0.cmp(&Knight::key(b).0), length(one).cost().cmp(&length(other).cost()));
+            let [a, b] = [one, other].map(|(s, d, k)| of::<Knight>([s, d, k]));
+            prop_assert_eq!(Knight::length(a), length(one));
+            if length(one).cost() != length(other).cost() {
+                prop_assert_eq!(a.cmp(&b), length(one).cmp(&length(other)));
             }
             let [one, other] = [one, other].map(|(s, d, _)| (s, d, 0));
             let [a, b] = [one, other].map(|(s, d, _)| of::<Octile>([s, d, 0]));
@@ -237,12 +181,23 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_distance_is_still_exact() {
-        let diagonal = Octile::LIMIT / DIAGONAL;
-        for diagonal in [0, 1, diagonal - 1, diagonal] {
-            let straight = (Octile::LIMIT - diagonal * DIAGONAL) / STRAIGHT;
-            let distance = straight * STRAIGHT + diagonal * DIAGONAL;
-            assert_eq!(Octile::length(distance), Length { straight, diagonal, knight: 0 });
+    fn the_longest_distances_are_still_exact_and_nothing_is_farther_than_far() {
+        longest::<Octile>([(80_782, 1), (114_243, 4)]);
+        longest::<Knight>([(1 << 48, 1), (9_603_838_835 << 16, 8)]);
+        longest::<Knight>([(1 << 48, 1), (6_074_001_000 << 16 | 1, 4)]);
+    }
+
+    /// Ways of nearly only straight moves up to nearly only the others.
+    fn longest<M: Metric<Distance: Into<i128>>>([(straight, _), (other, number)]: [(i128, usize); 2]) {
+        let room = M::FAR.into() - M::HERE.into() - 1;
+        for others in [0, 1, 2, room / other - 1, room / other] {
+            let straights = (room - others * other) / straight;
+            let counts = [straights as u32, if number == 4 { others as u32 } else { 0 }, if number == 8 { others as u32 } else { 0 }];
+            let distance = of::<M>(counts);
+            assert!(distance < M::FAR);
+            let [straight, diagonal, knight] = counts;
+            assert_eq!(M::length(distance), Length { straight, diagonal, knight });
         }
+        assert!((0..M::MOVES.steps().len()).all(|number| M::plus(M::FAR, number) > M::FAR));
     }
 }

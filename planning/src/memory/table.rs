@@ -24,16 +24,6 @@ pub(super) fn unpack<M: Metric>(run: Run) -> Option<(usize, u8)> {
     (repeats != 0).then_some((usize::from(run & !(u8::MAX << M::NUMBER_BITS)), repeats))
 }
 
-/// The run of the move of this number, where `next` is the run of the cell that it leads to.
-#[inline]
-pub(super) fn prepend<M: Metric>(number: usize, next: Run) -> Run {
-    let repeats = match unpack::<M>(next) {
-        Some((same, repeats)) if same == number => (repeats + 1).min(most_repeats::<M>()),
-        _ => 1,
-    };
-    number as u8 | repeats << M::NUMBER_BITS
-}
-
 /// How far apart in the grid's order the cells are that each move joins.
 pub(super) fn offsets<M: Metric>(grid: &Grid) -> [i32; 16] {
     let mut offsets = [0; 16];
@@ -48,6 +38,14 @@ pub(super) fn offsets<M: Metric>(grid: &Grid) -> [i32; 16] {
 pub(super) struct Table<'a, M: Metric> {
     pub distances: &'a [M::Distance],
     pub runs: &'a [Run],
+    pub targets: usize,
+}
+
+/// The tables, to change.
+#[derive(Debug)]
+pub(super) struct TableMut<'a, M: Metric> {
+    pub distances: &'a mut [M::Distance],
+    pub runs: &'a mut [Run],
     pub targets: usize,
 }
 
@@ -73,15 +71,14 @@ impl<'a, M: Metric> Table<'a, M> {
     pub fn nearest(&self, grid: &Grid, from: Cell) -> Option<(usize, Length)> {
         let row = self.row(grid, from);
         let (&first, rest) = row.split_first()?;
-        let mut nearest = (0, M::key(first));
+        let mut nearest = (0, first);
         for (target, &distance) in (1..).zip(rest) {
-            let key = M::key(distance);
-            if key < nearest.1 {
-                nearest = (target, key);
+            if distance < nearest.1 {
+                nearest = (target, distance);
             }
         }
-        let distance = *row.get(nearest.0)?;
-        (distance != M::FAR).then(|| (nearest.0, M::length(distance)))
+        let (target, distance) = nearest;
+        (distance != M::FAR).then(|| (target, M::length(distance)))
     }
 
     /// Puts the way to a target into `path`; whether there is one.
