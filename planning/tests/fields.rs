@@ -183,8 +183,8 @@ fn fields_of_another_map_other_targets_moves_or_version_are_told_apart() {
     assert_eq!(error(&grid, MoveSet::Eight, &[Cell { x: 0, y: 0 }], &bytes), others("other targets"));
     assert_eq!(error(&grid, MoveSet::Eight, &[], &bytes), others("other targets"));
     let mut newer = bytes.clone();
-    newer[8] = 2;
-    let expected = "fields of version 2: expected 1; build them again";
+    newer[8] = 3;
+    let expected = "fields of version 3: expected 2; build them again";
     assert_eq!(error(&grid, MoveSet::Eight, &target, &newer).unwrap(), expected);
     let mut swapped = bytes.clone();
     swapped[16..24].reverse();

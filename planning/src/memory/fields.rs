@@ -28,9 +28,10 @@
 //! ```
 
 use super::{
+    build::build,
     image::{Image, Layout},
     metric::{Knight, Metric, Octile},
-    repair,
+    repair::{Column, Repair},
 };
 use crate::{
     grid::{Cell, Grid},
@@ -117,10 +118,10 @@ impl Fields {
 
     /// Builds all fields.
     fn rebuild(&mut self) {
-        let places = self.places();
+        let targets: Vec<_> = (0..).zip(self.places()).collect();
         match self.moves {
-            MoveSet::Eight => repair::build::<Octile>(&self.grid, &places, self.image.table_mut()),
-            MoveSet::Sixteen => repair::build::<Knight>(&self.grid, &places, self.image.table_mut()),
+            MoveSet::Eight => build::<Octile>(&self.grid, &targets, &mut self.image.table_mut()),
+            MoveSet::Sixteen => build::<Knight>(&self.grid, &targets, &mut self.image.table_mut()),
         }
     }
 
@@ -144,11 +145,27 @@ impl Fields {
         if changed.is_empty() {
             return Repaired::default();
         }
-        let places = self.places();
         match self.moves {
-            MoveSet::Eight => repair::repair::<Octile>(&self.grid, &changed, &places, self.image.table_mut()),
-            MoveSet::Sixteen => repair::repair::<Knight>(&self.grid, &changed, &places, self.image.table_mut()),
+            MoveSet::Eight => self.repair::<Octile>(&before, &changed),
+            MoveSet::Sixteen => self.repair::<Knight>(&before, &changed),
         }
+    }
+
+    fn repair<M: Metric>(&mut self, before: &Grid, changed: &[Cell]) -> Repaired {
+        let places = self.places();
+        let targets = places.len();
+        let table = &mut self.image.table_mut();
+        let mut repair = Repair::<M>::new(before, &self.grid, changed, targets);
+        let mut given_up = Vec::new();
+        for (target, place) in places.into_iter().enumerate() {
+            if !repair.field(place, &mut Column { table, target }) {
+                given_up.push((target, place));
+            }
+        }
+        if !given_up.is_empty() {
+            build(&self.grid, &given_up, table);
+        }
+        Repaired { repaired: targets - given_up.len(), rebuilt: given_up.len() }
     }
 
     /// The map.

@@ -25,7 +25,7 @@ use crate::{
 
 const MAGIC: [u8; 8] = *b"CHFIELDS";
 /// Grows with every change of the format, and of which of equally short ways is kept.
-const VERSION: u64 = 1;
+const VERSION: u64 = 2;
 const ORDER: u64 = 0x0102_0304_0506_0708;
 
 /// Why bytes are not the fields of a map.

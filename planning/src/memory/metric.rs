@@ -192,7 +192,11 @@ mod tests {
         let room = M::FAR.into() - M::HERE.into() - 1;
         for others in [0, 1, 2, room / other - 1, room / other] {
             let straights = (room - others * other) / straight;
-            let counts = [straights as u32, if number == 4 { others as u32 } else { 0 }, if number == 8 { others as u32 } else { 0 }];
+            let counts = [
+                straights as u32,
+                if number == 4 { others as u32 } else { 0 },
+                if number == 8 { others as u32 } else { 0 },
+            ];
             let distance = of::<M>(counts);
             assert!(distance < M::FAR);
             let [straight, diagonal, knight] = counts;

@@ -9,10 +9,11 @@
 //! changes, and kept as the bytes of a file.
 
 pub mod banks;
+mod build;
 pub mod fields;
 mod file;
+mod frontier;
 mod image;
-mod lanes;
 mod metric;
 mod repair;
 mod sweep;

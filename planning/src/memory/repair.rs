@@ -1,220 +1,315 @@
-//! Builds fields, and repairs them where cells are blocked or freed, so that they are as if they had been
-//! built anew.
+//! Repairs fields where cells are blocked or freed, so that they are as if they had been built anew.
 //!
-//! For up to [`LANES`] fields at once: (1) a cell without a neighbour that its distance is owed to any more
-//! loses it, and so in turn do the cells that owed theirs to it; (2) cells take the shortest ways over their
-//! neighbours until none is shorter; (3) around what changed, moves are chosen and their repeats counted
-//! again. Each is a rule that is swept over the map. A field that is built has lost everything before.
-
-use std::ops::Range;
+//! Field by field: (1) a cell without a neighbour that its distance is owed to any more loses it, and so
+//! in turn do the cells that owed theirs to it; (2) a search from the edge of what was lost and from the
+//! moves that are new gives distances again; (3) around what changed, moves and runs are chosen again.
+//! Cells far from all that are not looked at.
 
 use super::{
-    fields::Repaired,
-    lanes::{Lanes, division},
+    frontier::Frontier,
     metric::Metric,
-    sweep::{Rule, Segments, Spread, Sweep, each},
-    table::TableMut,
+    table::{Run, TableMut, offsets, prepend, unpack},
 };
 use crate::{
     grid::{Cell, Grid},
-    search::neighbours::Moves,
+    moves::MoveSet,
+    search::neighbours::{self, Moves},
 };
 
-/// Fields that are worked on together.
-const LANES: usize = 16;
-/// As many, where there are no more.
-const FEW: usize = 4;
+/// Of all cells of all fields the part that repairs may take out of the queues before building what is left
+/// is taken to be cheaper: a repaired cell costs several times a built one, and fields are built together.
+const WORTHWHILE: usize = 16;
 
-/// So many times the segments of a map may be visited to find what was lost, before building the fields anew
-/// is taken to be cheaper.
-const WORTHWHILE: (usize, usize) = (1, 1);
+/// A cell near a change, and its moves before and after.
+#[derive(Clone, Copy, Debug)]
+struct Near {
+    index: usize,
+    before: Moves,
+    after: Moves,
+}
 
-/// Builds the fields of targets in these places; there is no way to one without.
-pub(super) fn build<M: Metric>(grid: &Grid, places: &[Option<usize>], mut table: TableMut<'_, M>) {
-    for targets in groups(places.len()) {
-        build_group(grid, places, &mut table, &targets);
+/// A repair of the fields of a map.
+#[derive(Debug)]
+pub(super) struct Repair<'a, M: Metric> {
+    grid: &'a Grid,
+    near: Vec<Near>,
+    offsets: [i32; 16],
+    /// The moves that are allowed from the cells that some field was looked at; none where not.
+    allowed: Vec<Moves>,
+    frontier: Frontier<M>,
+    starts: Vec<(M::Distance, u32)>,
+    /// Cells that lost their distance, then cells that were given another, by rising distance.
+    changed: Vec<usize>,
+    /// Cells whose run may be wrong.
+    stale: Vec<usize>,
+    /// Cells that may still be taken out of the queues.
+    work: usize,
+}
+
+/// One field among all in the tables.
+pub(super) struct Column<'a, 't, M: Metric> {
+    pub table: &'a mut TableMut<'t, M>,
+    pub target: usize,
+}
+
+impl<M: Metric> Column<'_, '_, M> {
+    /// Where the cell's entry is: outside the tables if the cell is outside the map, before its first too.
+    #[inline]
+    fn entry(&self, index: usize) -> usize {
+        index.wrapping_mul(self.table.targets).wrapping_add(self.target)
+    }
+
+    /// The distance of a cell; [`Metric::FAR`] outside.
+    #[inline]
+    fn distance(&self, index: usize) -> M::Distance {
+        self.table.distances.get(self.entry(index)).copied().unwrap_or(M::FAR)
+    }
+
+    #[inline]
+    fn set_distance(&mut self, index: usize, distance: M::Distance) {
+        let entry = self.entry(index);
+        self.table.distances[entry] = distance;
+    }
+
+    #[inline]
+    fn run(&self, index: usize) -> Run {
+        self.table.runs.get(self.entry(index)).copied().unwrap_or(0)
+    }
+
+    #[inline]
+    fn set_run(&mut self, index: usize, run: Run) {
+        let entry = self.entry(index);
+        self.table.runs[entry] = run;
     }
 }
 
-/// Repairs the fields of targets in these places where cells have changed.
-pub(super) fn repair<M: Metric>(
-    grid: &Grid,
-    changed: &[Cell],
-    places: &[Option<usize>],
-    mut table: TableMut<'_, M>,
-) -> Repaired {
-    let division = division::<M>(grid);
-    let mut near = division.none();
-    let reach = division.reach as i32;
-    for cell in changed {
-        let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| cell.offset(dx, dy)));
-        around.filter(|&cell| grid.index(cell).is_some()).for_each(|cell| division.put(cell, &mut near));
-    }
-    let mut repaired = Repaired::default();
-    for targets in groups(places.len()) {
-        let is_repaired = if targets.len() <= FEW {
-            Work::<M, FEW>::over(grid, places, &mut table, &targets).repair(&near)
-        } else {
-            Work::<M, LANES>::over(grid, places, &mut table, &targets).repair(&near)
+/// The places of a cell's neighbours by these moves.
+#[inline]
+fn neighbours_by(offsets: [i32; 16], index: usize, mut moves: Moves) -> impl Iterator<Item = (usize, usize)> {
+    std::iter::from_fn(move || {
+        if moves == 0 {
+            return None;
+        }
+        let number = moves.trailing_zeros() as usize;
+        moves &= moves - 1;
+        Some((number, index.wrapping_add_signed(offsets[number & 15] as isize)))
+    })
+}
+
+impl<'a, M: Metric> Repair<'a, M> {
+    /// Prepares to repair the fields of so many targets on `grid`, which was `before`, where the cells in
+    /// `changed` are different.
+    pub fn new(before: &Grid, grid: &'a Grid, changed: &[Cell], targets: usize) -> Self {
+        let reach = if M::MOVES == MoveSet::Eight { 1 } else { 2 };
+        let around = |&cell: &Cell| {
+            (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| cell.offset(dx, dy)))
         };
-        if is_repaired {
-            repaired.repaired += targets.len();
-        } else {
-            build_group(grid, places, &mut table, &targets);
-            repaired.rebuilt += targets.len();
+        let mut near: Vec<_> = changed.iter().flat_map(around).filter_map(|cell| grid.index(cell)).collect();
+        near.sort_unstable();
+        near.dedup();
+        let near = near.into_iter().map(|index| {
+            let cell = grid.cell(index);
+            Near { index, before: allowed_at::<M>(before, cell), after: allowed_at::<M>(grid, cell) }
+        });
+        Self {
+            grid,
+            near: near.collect(),
+            offsets: offsets::<M>(grid),
+            allowed: vec![0; grid.len()],
+            frontier: Frontier::default(),
+            starts: Vec::new(),
+            changed: Vec::new(),
+            stale: Vec::new(),
+            work: grid.len() * targets / WORTHWHILE,
         }
     }
-    repaired
-}
 
-/// Targets that are worked on together.
-fn groups(targets: usize) -> impl Iterator<Item = Range<usize>> {
-    (0..targets).step_by(LANES).map(move |start| start..(start + LANES).min(targets))
-}
-
-fn build_group<M: Metric>(
-    grid: &Grid,
-    places: &[Option<usize>],
-    table: &mut TableMut<'_, M>,
-    targets: &Range<usize>,
-) {
-    if targets.len() <= FEW {
-        Work::<M, FEW>::anew(grid, places, table, targets).build();
-    } else {
-        Work::<M, LANES>::anew(grid, places, table, targets).build();
-    }
-}
-
-/// The work on a group of fields.
-struct Work<'a, 't, M: Metric, const N: usize> {
-    lanes: Lanes<'a, M, N>,
-    table: &'a mut TableMut<'t, M>,
-    targets: &'a Range<usize>,
-    places: [Option<usize>; N],
-}
-
-impl<'a, 't, M: Metric, const N: usize> Work<'a, 't, M, N> {
-    /// On fields as they are.
-    fn over(
-        grid: &'a Grid,
-        places: &[Option<usize>],
-        table: &'a mut TableMut<'t, M>,
-        targets: &'a Range<usize>,
-    ) -> Self {
-        Self::on(Lanes::empty(grid), places, table, targets)
+    /// The moves that are allowed from a cell; all fields ask for the same ones.
+    #[inline]
+    fn allowed(&mut self, index: usize) -> Moves {
+        let known = &mut self.allowed[index];
+        if *known == 0 {
+            *known = allowed_at::<M>(self.grid, self.grid.cell(index));
+        }
+        *known
     }
 
-    /// On fields from nothing.
-    fn anew(
-        grid: &'a Grid,
-        places: &[Option<usize>],
-        table: &'a mut TableMut<'t, M>,
-        targets: &'a Range<usize>,
-    ) -> Self {
-        Self::on(Lanes::blank(grid), places, table, targets)
-    }
-
-    fn on(
-        lanes: Lanes<'a, M, N>,
-        places: &[Option<usize>],
-        table: &'a mut TableMut<'t, M>,
-        targets: &'a Range<usize>,
-    ) -> Self {
-        let mut own = [None; N];
-        own.iter_mut().zip(&places[targets.clone()]).for_each(|(own, &place)| *own = place);
-        Self { lanes, table, targets, places: own }
-    }
-
-    fn build(mut self) {
-        let all = self.lanes.division.all();
-        let mut sweep = Sweep::new(self.lanes.division);
-        self.find(&mut sweep);
-        self.finish(&mut sweep, &all);
-    }
-
-    /// Repairs them where the moves of cells have changed; returns whether that was worth its while. If not,
-    /// they are as they were.
-    fn repair(mut self, near: &Segments) -> bool {
-        let division = self.lanes.division;
-        let mut sweep = Sweep::new(division);
-        sweep.visit(near);
-        if sweep.run(&mut Lose(&mut self), division.len() * WORTHWHILE.0 / WORTHWHILE.1).is_none() {
+    /// Repairs the field of the target in `place`. Returns whether that was worth its while; if not, the
+    /// field is as good as lost and has to be built.
+    pub fn field(&mut self, place: Option<usize>, column: &mut Column<'_, '_, M>) -> bool {
+        if self.lose(place, column).is_none() || self.find(place, column).is_none() {
             return false;
         }
-        let lost = sweep.changed.clone();
-        sweep.visit(&lost);
-        sweep.visit(near);
-        self.find(&mut sweep);
-        let mut stale = sweep.changed.clone();
-        stale.iter_mut().zip(near).for_each(|(stale, near)| *stale |= near);
-        self.finish(&mut sweep, &division.heightened(&stale));
+        self.choose_moves(column);
+        self.count_runs(column);
         true
     }
 
-    /// Gives distances, from the targets and from what is to be visited.
-    fn find(&mut self, sweep: &mut Sweep) {
-        let division = self.lanes.division;
-        let mut starts = division.none();
-        for (lane, place) in self.places.into_iter().enumerate() {
-            let Some(place) = place else { continue };
-            let (y, segment) = division.segment_of(place);
-            self.lanes.load(self.table, self.targets, y, segment);
-            if self.lanes.distances[place][lane] != M::HERE {
-                self.lanes.distances[place][lane] = M::HERE;
-                starts[y] |= division.widened(segment);
-            }
-        }
-        sweep.visit(&division.heightened(&starts));
-        sweep.changed.iter_mut().zip(starts).for_each(|(changed, start)| *changed |= start);
-        sweep.run(&mut Find(self), usize::MAX);
+    /// Counts one more cell of work; `None` once it is too much.
+    fn work(&mut self) -> Option<()> {
+        self.work = self.work.checked_sub(1)?;
+        Some(())
     }
 
-    /// Chooses moves and counts runs in these segments and wherever it matters to, and puts all into the
-    /// tables.
-    fn finish(mut self, sweep: &mut Sweep, stale: &Segments) {
-        let division = self.lanes.division;
-        for (y, &segments) in stale.iter().enumerate() {
-            for segment in each(segments) {
-                self.lanes.load(self.table, self.targets, y, segment);
-                division.columns(segment).for_each(|x| self.lanes.choose(y * division.width + x));
+    /// Step 1: takes the distance from all cells that do not have it any more.
+    fn lose(&mut self, place: Option<usize>, column: &mut Column<'_, '_, M>) -> Option<()> {
+        self.changed.clear();
+        self.starts.clear();
+        for near in self.near.iter().filter(|near| near.before & !near.after != 0 || near.after == 0) {
+            let distance = column.distance(near.index);
+            if distance != M::FAR {
+                self.starts.push((distance, near.index as u32));
             }
         }
-        let wide: Segments = stale.iter().map(|&segments| division.widened(segments)).collect();
-        sweep.visit(&division.heightened(&wide));
-        sweep.run(&mut Count(&mut self), usize::MAX);
-        let mut changed = std::mem::take(&mut sweep.changed);
-        changed.iter_mut().zip(stale).for_each(|(changed, stale)| *changed |= stale);
-        self.lanes.store(self.table, self.targets, &changed);
+        self.frontier.start(&mut self.starts);
+        while let Some((distance, index)) = self.frontier.pop() {
+            let index = index as usize;
+            if column.distance(index) != distance {
+                continue;
+            }
+            self.work()?;
+            let stays = match distance == M::HERE {
+                true => place == Some(index),
+                false => neighbours_by(self.offsets, index, self.allowed(index))
+                    .any(|(number, next)| M::plus(column.distance(next), number) == distance),
+            };
+            if stays {
+                continue;
+            }
+            column.set_distance(index, M::FAR);
+            self.changed.push(index);
+            for (number, next) in neighbours_by(self.offsets, index, all_moves::<M>()) {
+                let further = M::plus(distance, number);
+                if column.distance(next) == further {
+                    self.frontier.push(number, further, next as u32);
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Step 2: gives distances again.
+    fn find(&mut self, place: Option<usize>, column: &mut Column<'_, '_, M>) -> Option<()> {
+        self.starts.clear();
+        if let Some(place) = place.filter(|&place| column.distance(place) != M::HERE) {
+            column.set_distance(place, M::HERE);
+            self.starts.push((M::HERE, place as u32));
+        }
+        let gained = self.near.iter().filter(|near| near.after & !near.before != 0).map(|near| near.index);
+        let mut lost: Vec<_> = self.changed.iter().copied().chain(gained).collect();
+        for index in lost.drain(..) {
+            let ways = neighbours_by(self.offsets, index, self.allowed(index));
+            let best = ways.map(|(number, next)| M::plus(column.distance(next), number)).min();
+            if let Some(best) = best.filter(|&best| best < column.distance(index)) {
+                column.set_distance(index, best);
+                self.starts.push((best, index as u32));
+            }
+        }
+        self.frontier.start(&mut self.starts);
+        while let Some((distance, index)) = self.frontier.pop() {
+            let index = index as usize;
+            if column.distance(index) != distance {
+                continue;
+            }
+            self.work()?;
+            self.changed.push(index);
+            for (number, next) in neighbours_by(self.offsets, index, self.allowed(index)) {
+                let further = M::plus(distance, number);
+                if further < column.distance(next) {
+                    column.set_distance(next, further);
+                    self.frontier.push(number, further, next as u32);
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Step 3: chooses the next move of every cell whose distance, neighbours or moves have changed.
+    fn choose_moves(&mut self, column: &mut Column<'_, '_, M>) {
+        self.stale.clear();
+        for near in 0..self.near.len() {
+            self.choose_move(self.near[near].index, column);
+        }
+        for place in 0..self.changed.len() {
+            let index = self.changed[place];
+            self.choose_move(index, column);
+            let distance = column.distance(index);
+            for (number, next) in neighbours_by(self.offsets, index, self.allowed(index)) {
+                let back = REVERSE[number & 15];
+                let now = unpack::<M>(column.run(next)).map_or(usize::MAX, |(number, _)| number);
+                // Its move led here, or might better do so.
+                if now == back || back < now && M::plus(distance, number) == column.distance(next) {
+                    self.choose_move(next, column);
+                }
+            }
+        }
+    }
+
+    fn choose_move(&mut self, index: usize, column: &mut Column<'_, '_, M>) {
+        let distance = column.distance(index);
+        let before = unpack::<M>(column.run(index)).map(|(number, _)| number);
+        let after = if distance == M::FAR || distance == M::HERE {
+            None
+        } else {
+            neighbours_by(self.offsets, index, self.allowed(index))
+                .find(|&(number, next)| M::plus(column.distance(next), number) == distance)
+                .map(|(number, _)| number)
+        };
+        if before == after {
+            return;
+        }
+        column.set_run(index, after.map_or(0, |number| prepend::<M>(number, 0)));
+        self.stale.push(index);
+        // The cell before on the same run as it was.
+        self.stale.extend(before.and_then(|number| self.cell_before(number, index, column)));
+    }
+
+    /// The cell whose next move is this one and leads to `index`.
+    fn cell_before(&self, number: usize, index: usize, column: &Column<'_, '_, M>) -> Option<usize> {
+        let before = index.wrapping_add_signed(-self.offsets[number & 15] as isize);
+        unpack::<M>(column.run(before)).filter(|&(same, _)| same == number).map(|_| before)
+    }
+
+    /// Step 3, its other half: counts the repeats of moves again, against the way.
+    fn count_runs(&mut self, column: &mut Column<'_, '_, M>) {
+        for place in 0..self.stale.len() {
+            let start = self.stale[place];
+            let mut index = start;
+            while let Some((number, _)) = unpack::<M>(column.run(index)) {
+                let next = index.wrapping_add_signed(self.offsets[number & 15] as isize);
+                let run = prepend::<M>(number, column.run(next));
+                if run == column.run(index) && index != start {
+                    break;
+                }
+                column.set_run(index, run);
+                let Some(before) = self.cell_before(number, index, column) else { break };
+                index = before;
+            }
+        }
     }
 }
 
-/// Step 1: no cell has a distance that no neighbour leads to.
-struct Lose<'w, 'a, 't, M: Metric, const N: usize>(&'w mut Work<'a, 't, M, N>);
-/// Step 2: no cell has a longer distance than over a neighbour.
-struct Find<'w, 'a, 't, M: Metric, const N: usize>(&'w mut Work<'a, 't, M, N>);
-/// Step 3: every move repeats once more often than the next, if that is the same.
-struct Count<'w, 'a, 't, M: Metric, const N: usize>(&'w mut Work<'a, 't, M, N>);
-
-macro_rules! rule {
-    ($rule:ident, $spread:ident, |$lanes:ident, $places:ident, $index:ident, $moves:ident| $look:expr) => {
-        impl<M: Metric, const N: usize> Rule for $rule<'_, '_, '_, M, N> {
-            const SPREAD: Spread = Spread::$spread;
-
-            #[inline]
-            fn enter(&mut self, y: usize, segment: u64) {
-                let Work { lanes, table, targets, .. } = &mut *self.0;
-                lanes.load(table, targets, y, segment);
-            }
-
-            #[inline(always)]
-            fn look<const $moves: Moves>(&mut self, $index: usize) -> bool {
-                let Work { lanes: $lanes, places: $places, .. } = &mut *self.0;
-                $look
-            }
+/// For each move the one that leads back.
+const REVERSE: [usize; 16] = {
+    let steps = MoveSet::Sixteen.steps();
+    let mut reverse = [0; 16];
+    let mut number = 0;
+    while number < 16 {
+        let mut back = 0;
+        while steps[back].0 != -steps[number].0 || steps[back].1 != -steps[number].1 {
+            back += 1;
         }
-    };
+        reverse[number] = back;
+        number += 1;
+    }
+    reverse
+};
+
+/// The moves allowed from a cell; none if it is blocked.
+pub(super) fn allowed_at<M: Metric>(grid: &Grid, cell: Cell) -> Moves {
+    if grid.is_free(cell) { neighbours::allowed(grid, M::MOVES, cell) } else { 0 }
 }
 
-rule!(Lose, Anywhere, |lanes, places, index, MOVES| lanes.lose(index, places));
-rule!(Find, Around, |lanes, _places, index, MOVES| lanes.find::<MOVES>(index));
-rule!(Count, Onward, |lanes, _places, index, MOVES| lanes.count::<MOVES>(index));
+fn all_moves<M: Metric>() -> Moves {
+    Moves::MAX >> (16 - M::MOVES.steps().len())
+}

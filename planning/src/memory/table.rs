@@ -24,6 +24,16 @@ pub(super) fn unpack<M: Metric>(run: Run) -> Option<(usize, u8)> {
     (repeats != 0).then_some((usize::from(run & !(u8::MAX << M::NUMBER_BITS)), repeats))
 }
 
+/// The run of the move of this number, where `next` is the run of the cell that it leads to.
+#[inline]
+pub(super) fn prepend<M: Metric>(number: usize, next: Run) -> Run {
+    let repeats = match unpack::<M>(next) {
+        Some((same, repeats)) if same == number => (repeats + 1).min(most_repeats::<M>()),
+        _ => 1,
+    };
+    number as u8 | repeats << M::NUMBER_BITS
+}
+
 /// How far apart in the grid's order the cells are that each move joins.
 pub(super) fn offsets<M: Metric>(grid: &Grid) -> [i32; 16] {
     let mut offsets = [0; 16];
