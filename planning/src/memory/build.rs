@@ -16,20 +16,19 @@ use crate::{
     search::neighbours::Moves,
 };
 
-/// Fields that are built together.
+/// The most fields that are built together.
 const LANES: usize = 16;
-/// As many, where there are no more.
-const FEW: usize = 4;
 
 /// A target by its number, and its place if it is not in a wall.
 pub(super) type Target = (usize, Option<usize>);
 
 /// Builds the fields of some targets.
 pub(super) fn build<M: Metric>(grid: &Grid, targets: &[Target], table: &mut TableMut<'_, M>) {
-    if targets.len() <= FEW {
-        build_in::<M, FEW>(grid, targets, table);
-    } else {
-        build_in::<M, LANES>(grid, targets, table);
+    match targets.len() {
+        0 | 1 => build_in::<M, 1>(grid, targets, table),
+        2..=4 => build_in::<M, 4>(grid, targets, table),
+        5..=8 => build_in::<M, 8>(grid, targets, table),
+        _ => build_in::<M, LANES>(grid, targets, table),
     }
 }
 

@@ -68,6 +68,10 @@ macro_rules! with_table {
     };
 }
 
+/// Once more fields than these have to be built, the others are not repaired: a door that so many ways lead
+/// through is on the ways of nearly all.
+const MANY: usize = 4;
+
 /// What a change of the map did to the fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Repaired {
@@ -155,10 +159,11 @@ impl Fields {
         let places = self.places();
         let targets = places.len();
         let table = &mut self.image.table_mut();
-        let mut repair = Repair::<M>::new(before, &self.grid, changed, targets);
+        let mut repair = Repair::<M>::new(before, &self.grid, changed);
         let mut given_up = Vec::new();
         for (target, place) in places.into_iter().enumerate() {
-            if !repair.field(place, &mut Column { table, target }) {
+            // Where many are built, all others can be built with them.
+            if given_up.len() > MANY || !repair.field(place, &mut Column { table, target }) {
                 given_up.push((target, place));
             }
         }

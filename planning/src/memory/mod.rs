@@ -5,8 +5,8 @@
 //! | [`banks`] | the paper's memory banks M1 and M2: paths between piles and doors |
 //! | [`fields`] | the exact way from every cell to every known target, a walk through memory |
 //!
-//! Fields are built ([`fields::Fields::build`]) by one search from each target, repaired where the map
-//! changes, and kept as the bytes of a file.
+//! Fields are built ([`fields::Fields::build`]) many at a time by sweeps over the map, repaired one by one
+//! where it changes, and kept as the bytes of a file.
 
 pub mod banks;
 mod build;

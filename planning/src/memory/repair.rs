@@ -16,9 +16,9 @@ use crate::{
     search::neighbours::{self, Moves},
 };
 
-/// Of all cells of all fields the part that repairs may take out of the queues before building what is left
-/// is taken to be cheaper: a repaired cell costs several times a built one, and fields are built together.
-const WORTHWHILE: usize = 16;
+/// Of all cells of the map the part that a repair may take out of the queues before building the field
+/// anew is taken to be cheaper: a repaired cell costs several times a built one.
+const WORTHWHILE: usize = 8;
 
 /// A cell near a change, and its moves before and after.
 #[derive(Clone, Copy, Debug)]
@@ -97,9 +97,9 @@ fn neighbours_by(offsets: [i32; 16], index: usize, mut moves: Moves) -> impl Ite
 }
 
 impl<'a, M: Metric> Repair<'a, M> {
-    /// Prepares to repair the fields of so many targets on `grid`, which was `before`, where the cells in
-    /// `changed` are different.
-    pub fn new(before: &Grid, grid: &'a Grid, changed: &[Cell], targets: usize) -> Self {
+    /// Prepares to repair the fields of `grid`, which was `before`, where the cells in `changed` are
+    /// different.
+    pub fn new(before: &Grid, grid: &'a Grid, changed: &[Cell]) -> Self {
         let reach = if M::MOVES == MoveSet::Eight { 1 } else { 2 };
         let around = |&cell: &Cell| {
             (-reach..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| cell.offset(dx, dy)))
@@ -120,7 +120,7 @@ impl<'a, M: Metric> Repair<'a, M> {
             starts: Vec::new(),
             changed: Vec::new(),
             stale: Vec::new(),
-            work: grid.len() * targets / WORTHWHILE,
+            work: 0,
         }
     }
 
@@ -137,6 +137,7 @@ impl<'a, M: Metric> Repair<'a, M> {
     /// Repairs the field of the target in `place`. Returns whether that was worth its while; if not, the
     /// field is as good as lost and has to be built.
     pub fn field(&mut self, place: Option<usize>, column: &mut Column<'_, '_, M>) -> bool {
+        self.work = self.grid.len() / WORTHWHILE;
         if self.lose(place, column).is_none() || self.find(place, column).is_none() {
             return false;
         }
