@@ -11,6 +11,8 @@
 //! | [`ground`] | points on the floor and routes over it |
 //! | [`world`] | the physics: bodies, batteries, charge contacts, reader fields |
 //! | [`robot`] | a robot's own computer: works, asks, drives, charges |
+//! | [`terrain`] | places of work, piles, and the ways to both |
+//! | [`tasks`] | what robots work at |
 //! | [`navigator`] | what a robot knows of the site |
 //! | [`parts`] | a route that comes in parts |
 //! | [`fleet`] | the demo's robots: how they are built, charged and placed |
@@ -37,6 +39,8 @@ pub mod report;
 pub mod robot;
 pub mod robot_node;
 pub mod simulation;
+pub mod tasks;
+pub mod terrain;
 #[cfg(test)]
 mod tests;
 pub mod world;

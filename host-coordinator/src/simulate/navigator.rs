@@ -1,89 +1,75 @@
-//! What a robot knows of the site: its map, where the piles are (LMPP Table 1), where to work.
+//! What a robot's own computer knows of the site: its map, where the piles are (LMPP Table 1), and
+//! where its next task takes it.
 
 use std::sync::Arc;
 
 use planning::{
-    grid::Cell,
-    search::{AStar, Dijkstra, Planner, Workspace},
+    path::Path,
+    search::{AStar, Planner, Workspace},
 };
 use protocol::DurationMs;
 
 use super::{
-    ground::{KEEP_CLEAR_M, Point, Route},
+    ground::{Point, Route},
     random::Random,
+    tasks::Task,
+    terrain::Terrain,
 };
-use crate::site::Site;
 
-/// How long a robot works at a place, in seconds: from, to.
-const AT_WORK_S: (f64, f64) = (5.0, 30.0);
-
-/// Finds a robot's ways.
+/// Finds a robot's ways and tasks.
 #[derive(Debug)]
 pub struct Navigator {
-    site: Arc<Site>,
-    places: Arc<[Cell]>,
-    piles: Arc<[Point]>,
+    terrain: Arc<Terrain>,
     random: Random,
+    path: Path,
     workspace: Workspace,
 }
 
 impl Navigator {
-    /// A navigator on `site` that works at one of `places` after the other, by chance.
+    /// A navigator on `terrain` that has one task after the other, by chance.
     #[must_use]
-    pub fn new(site: Arc<Site>, places: Arc<[Cell]>, random: Random) -> Self {
-        let piles = site.piles.iter().map(|pile| site.position(pile.cell).into()).collect();
-        Self { site, places, piles, random, workspace: Workspace::default() }
+    pub fn new(terrain: Arc<Terrain>, random: Random) -> Self {
+        Self { terrain, random, path: Path::default(), workspace: Workspace::default() }
     }
 
-    /// A place to work at.
+    /// A place to work at; `None` if the site has none.
     pub fn place(&mut self) -> Option<Point> {
-        let place = *self.random.choose(&self.places)?;
-        Some(self.site.position(place).into())
+        self.random.choose(self.terrain.places()).copied()
+    }
+
+    /// The next task.
+    pub fn task(&mut self) -> Task {
+        Task::draw(&mut self.random)
     }
 
     /// A shortest way to a place to work at.
     pub fn route_to_work(&mut self, from: Point) -> Option<Route> {
-        let place = self.place()?;
-        self.route(from, place)
+        let places = self.terrain.places().len();
+        let place = self.random.between(0.0, places as f64) as usize;
+        self.terrain.route_to_place(from, place, &mut self.path)
     }
 
-    /// How long to work at the next place.
-    pub fn time_at_work(&mut self) -> DurationMs {
-        DurationMs::from_seconds(self.random.between(AT_WORK_S.0, AT_WORK_S.1) as f32)
+    /// How long to work at the place of a task.
+    pub fn time_at_work(&mut self, task: Task) -> DurationMs {
+        task.time_at_work(&mut self.random)
     }
 
-    /// A shortest way between two points; `None` if there is none.
+    /// A shortest way between any two points; `None` if there is none.
     pub fn route(&mut self, from: Point, to: Point) -> Option<Route> {
-        let start = self.site.cell_of(from.into())?;
-        let goal = self.site.cell_of(to.into())?;
-        let search = AStar::new(&self.site.grid, self.site.moves);
+        let site = self.terrain.site();
+        let start = site.cell_of(from.into())?;
+        let goal = site.cell_of(to.into())?;
+        if start == goal {
+            return Some(Route::from([to]));
+        }
+        let search = AStar::new(&site.grid, site.moves);
         let found = search.plan(start, goal, &mut self.workspace).ok()?;
-        Some(found.path.waypoints().iter().map(|&cell| self.site.position(cell).into()).collect())
+        Some(found.path.waypoints().iter().map(|&cell| site.position(cell).into()).collect())
     }
 
     /// Whether a pile is within `distance_m` of `position`.
     #[must_use]
     pub fn near_a_pile(&self, position: Point, distance_m: f64) -> bool {
-        self.piles.iter().any(|pile| pile.distance_m(position) < distance_m)
+        self.terrain.piles().iter().any(|pile| pile.distance_m(position) < distance_m)
     }
-}
-
-/// Where robots may work on `site`: on every free cell that is not close to a pile and can be
-/// reached from its first one.
-#[must_use]
-pub fn places_of_work(site: &Site) -> Vec<Cell> {
-    let piles: Vec<Point> = site.piles.iter().map(|pile| site.position(pile.cell).into()).collect();
-    let mut workspace = Workspace::default();
-    let Some(Ok(ways)) = site
-        .piles
-        .first()
-        .map(|pile| Dijkstra::new(&site.grid, site.moves).ways(pile.cell, &[], &mut workspace))
-    else {
-        return Vec::new();
-    };
-    let clear = |cell: &Cell| {
-        let point = Point::from(site.position(*cell));
-        piles.iter().all(|pile| pile.distance_m(point) >= KEEP_CLEAR_M)
-    };
-    site.grid.free_cells().filter(clear).filter(|&cell| ways.length_to(cell).is_some()).collect()
 }

@@ -21,6 +21,7 @@ use super::{
     ground::{KEEP_CLEAR_M, Point, Route},
     navigator::Navigator,
     parts::Parts,
+    tasks::Task,
     world::{CONTACT_M, Sensed},
 };
 
@@ -80,6 +81,8 @@ pub struct Robot {
     /// The energy at which it asks (LMPP eq. 3), in joules.
     alert_j: f64,
     mode: Mode,
+    /// What it works at, or worked at last.
+    task: Task,
     /// Its newest request.
     request: RequestId,
     /// The parts of an assignment that are here so far.
@@ -93,8 +96,9 @@ pub struct Robot {
 impl Robot {
     /// A robot that starts to work, and asks for a charge at `alert_j` joules.
     #[must_use]
-    pub const fn new(navigator: Navigator, alert_j: f64) -> Self {
+    pub fn new(mut navigator: Navigator, alert_j: f64) -> Self {
         Self {
+            task: navigator.task(),
             navigator,
             alert_j,
             mode: Mode::Working { until: None },
@@ -116,6 +120,40 @@ impl Robot {
             Mode::Docked { .. } => Activity::Docked,
             Mode::Stranded => Activity::Stranded,
         }
+    }
+
+    /// What it works at, or worked at last.
+    #[must_use]
+    pub const fn task(&self) -> Task {
+        self.task
+    }
+
+    /// Whether it works at the place of its task, and is not on the way there.
+    #[must_use]
+    pub const fn is_at_work(&self) -> bool {
+        matches!(self.mode, Mode::Working { until: Some(_) })
+    }
+
+    /// Its newest request.
+    #[must_use]
+    pub const fn request(&self) -> RequestId {
+        self.request
+    }
+
+    /// When the next step is due by the robot's own timers, unless something is sensed or heard before.
+    /// May lie in the past.
+    #[must_use]
+    pub fn wakes_at(&self) -> Millis {
+        let says = self.said.map_or(Millis(0), |(.., at)| at.after(limits::STATE_INTERVAL));
+        let greets = if self.greeted { says } else { self.greet_at };
+        let own = match self.mode {
+            Mode::Working { until: Some(until) } => until,
+            Mode::Waiting { ask_at } => ask_at,
+            Mode::Docked { charge: Charge::Expected { since }, .. } => since.after(PATIENCE),
+            Mode::Docked { charge: Charge::Flowing { live_at }, .. } => live_at.after(DEAD),
+            Mode::Working { until: None } | Mode::Approaching(_) | Mode::Stranded => says,
+        };
+        says.min(greets).min(own)
     }
 
     /// The coordinator has started anew: it does not know of this robot's start.
@@ -193,7 +231,7 @@ impl Robot {
                 Mode::Waiting { ask_at: now }
             }
             Mode::Working { until: None } if sensed.arrived => {
-                Mode::Working { until: Some(now.after(self.navigator.time_at_work())) }
+                Mode::Working { until: Some(now.after(self.navigator.time_at_work(self.task))) }
             }
             Mode::Working { until: Some(until) } if now >= until => self.go_to_work(sensed, outputs),
             Mode::Approaching(dock) if sensed.arrived && sensed.position.distance_m(dock.at) < CONTACT_M => {
@@ -214,6 +252,7 @@ impl Robot {
 
     fn go_to_work(&mut self, sensed: &Sensed, outputs: &mut Outputs) -> Mode {
         outputs.route = self.navigator.route_to_work(sensed.position);
+        self.task = self.navigator.task();
         Mode::Working { until: None }
     }
 

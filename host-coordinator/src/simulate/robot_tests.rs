@@ -2,7 +2,7 @@ use protocol::{Unassigned, UnassignedReason};
 
 use super::*;
 use crate::{
-    simulate::{navigator::places_of_work, random::Random},
+    simulate::{random::Random, terrain::Terrain},
     site::Site,
 };
 use std::sync::Arc;
@@ -22,8 +22,8 @@ impl Rig {
     /// In the middle of a room, far from every pile.
     fn new() -> Self {
         let site = Arc::new(Site::fig7().unwrap());
-        let places = places_of_work(&site).into();
-        let robot = Robot::new(Navigator::new(Arc::clone(&site), places, Random::new(1, 1)), ALERT_J);
+        let terrain = Arc::new(Terrain::new(&site));
+        let robot = Robot::new(Navigator::new(terrain, Random::new(1, 1)), ALERT_J);
         let position = Point { x_m: 40.0, y_m: 85.0 };
         let sensed =
             Sensed { position, energy_j: 5_000.0, arrived: true, end_clear: true, contacts_live: false };
