@@ -87,8 +87,9 @@ pub type Messages = Vec<Outgoing, MESSAGES_PER_STEP>;
 /// The records of a step.
 pub type Records = Vec<Record, RECORDS_PER_STEP>;
 
-/// What a step asks of the shell: the power first, then the store, then the messages.
-#[derive(Clone, Debug)]
+/// What a step asks of the shell: the power first, then the store, then the messages. By default nothing,
+/// with the power off.
+#[derive(Clone, Debug, Default)]
 pub struct Outputs {
     /// The command to contactor and power stage from now on.
     pub power: Power,

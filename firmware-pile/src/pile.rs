@@ -119,25 +119,27 @@ impl ChargingPile {
     /// Takes one input at `now` on the pile's own clock. Should `now` lie before an earlier step's,
     /// no time has passed.
     pub fn step(&mut self, now: Millis, input: Input<'_>) -> Outputs {
+        // Filled where the caller gets it: it is large, and mostly empty.
+        let mut outputs = Outputs::default();
         self.pass_time(now);
-        let mut messages = Messages::new();
-        self.take(input, &mut messages);
+        self.take(input, &mut outputs.messages);
         self.settle();
-        let store = self.records();
-        let urgent = if self.faults.active().contains(FaultCode::MainsLost) {
-            self.say_farewell(&mut messages)
+        self.records(&mut outputs.store);
+        if self.faults.active().contains(FaultCode::MainsLost) {
+            outputs.urgent = self.say_farewell(&mut outputs.messages);
         } else {
             self.farewell = false;
-            self.speak(&mut messages);
-            false
-        };
-        self.tell_table(&mut messages);
+            self.speak(&mut outputs.messages);
+        }
+        self.tell_table(&mut outputs.messages);
         if self.unsaved.has_failed() {
             // An answer may rest on what is not stored.
-            messages.retain(|outgoing| !matches!(outgoing.message, Message::Ack(_) | Message::Nack(_)));
+            let is_answer = |message: &Message| matches!(message, Message::Ack(_) | Message::Nack(_));
+            outputs.messages.retain(|outgoing| !is_answer(&outgoing.message));
         }
-        let restart = self.provisioning.restart_is_due(self.now) && !self.energised();
-        Outputs { power: self.safety.power(), store, urgent, messages, restart }
+        outputs.power = self.safety.power();
+        outputs.restart = self.provisioning.restart_is_due(self.now) && !self.energised();
+        outputs
     }
 
     /// What the pile does with its place.
@@ -180,6 +182,12 @@ impl ChargingPile {
     #[must_use]
     pub const fn leases(&self) -> &Leases {
         &self.leases
+    }
+
+    /// The site's time as of the last step, once the pile knows it.
+    #[must_use]
+    pub fn site_now(&self) -> Option<SiteMillis> {
+        self.clock.site_now(self.now)
     }
 
     /// What the other piles said of themselves.
@@ -427,13 +435,13 @@ impl ChargingPile {
     }
 
     /// What has changed of that which must outlive a restart.
-    fn records(&mut self) -> Records {
+    fn records(&mut self, records: &mut Records) {
         let lasting = Lasting {
             epoch: self.leases.highest_epoch(),
             latched: self.faults.latched(),
             counters: self.counters,
         };
-        self.unsaved.take(self.now, lasting, &mut self.provisioning, &mut self.reports)
+        self.unsaved.take(self.now, lasting, &mut self.provisioning, &mut self.reports, records);
     }
 
     fn answer_tool(&mut self, messages: &mut Messages) {

@@ -54,17 +54,17 @@ impl Unsaved {
         self.failed_at.is_some()
     }
 
-    /// What to store now.
+    /// Puts what to store now into `records`, which are none yet.
     pub fn take(
         &mut self,
         now: Millis,
         lasting: Lasting,
         provisioning: &mut Provisioning,
         reports: &mut Reports,
-    ) -> Records {
-        let mut records = Records::new();
+        records: &mut Records,
+    ) {
         if self.failed_at.is_some_and(|failed_at| now.since(failed_at) < RETRY_INTERVAL) {
-            return records;
+            return;
         }
         self.failed_at = None;
         let Lasting { epoch, latched, counters } = lasting;
@@ -80,7 +80,6 @@ impl Unsaved {
             // It fits.
             let _ = records.push(record);
         }
-        records
     }
 }
 

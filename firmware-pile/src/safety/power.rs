@@ -55,6 +55,12 @@ impl Power {
     }
 }
 
+impl Default for Power {
+    fn default() -> Self {
+        Self::OFF
+    }
+}
+
 /// What may be given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Permit {
