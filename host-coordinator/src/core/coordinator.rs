@@ -78,7 +78,7 @@ pub struct Coordinator {
     pub(super) robots: BTreeMap<RobotId, RobotConfig>,
     pub(super) state: State,
     pub(super) observed: Observed,
-    pub(super) routes: Routes,
+    pub(super) routes: Arc<Routes>,
     pub(super) site_view: Arc<SiteView>,
 }
 
@@ -95,13 +95,29 @@ impl Coordinator {
         let routes = Routes::new(memory, &site, policy.theta);
         Self {
             site_view: Arc::new(SiteView::new(&site, |door| routes.is_open(door))),
-            routes,
+            routes: Arc::new(routes),
             site,
             chooser: policy.choose.policy(policy.q_threshold),
             policy,
             robots: robots.iter().map(|robot| (robot.id, *robot)).collect(),
             state: State::fold(events),
             observed: Observed::default(),
+        }
+    }
+
+    /// This coordinator as it is after a crash: with the past that `events` tell, and nothing but what
+    /// never changes. As [`Self::recover`], without planning anything again.
+    #[must_use]
+    pub fn restarted<'a>(&self, events: impl IntoIterator<Item = &'a Event>) -> Self {
+        Self {
+            site: Arc::clone(&self.site),
+            chooser: self.policy.choose.policy(self.policy.q_threshold),
+            policy: self.policy,
+            robots: self.robots.clone(),
+            state: State::fold(events),
+            observed: Observed::default(),
+            routes: Arc::clone(&self.routes),
+            site_view: Arc::clone(&self.site_view),
         }
     }
 

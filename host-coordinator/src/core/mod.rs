@@ -38,6 +38,7 @@ pub mod view;
 pub use coordinator::{Coordinator, Effect, Input, Step};
 pub use decision::Decision;
 pub use event::{Event, Fact};
+pub use grants::CLOCK_MARGIN;
 pub use state::State;
 pub use view::View;
 
