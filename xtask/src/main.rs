@@ -2,7 +2,7 @@
 //!
 //! One idea a module: [`setup`] finds or installs what is missing (through [`apt`] where it must),
 //! [`toolchain`] is the compiler for the ARM core, [`firmware`] builds an image, [`mod@flash`] flashes
-//! it, [`size`] and [`mod@bench`] measure one, [`planning`] measures and checks planners, [`fuzz`] runs the fuzzer's targets, [`mod@test`] is what
+//! it, [`size`] and [`mod@bench`] measure one, [`soak`] simulates sites until they break, [`planning`] measures and checks planners, [`fuzz`] runs the fuzzer's targets, [`mod@test`] is what
 //! the project's continuous integration runs. Whatever fails says why and what to do next, and ends
 //! with exit code 1.
 
@@ -16,6 +16,7 @@ mod labwired;
 mod planning;
 mod setup;
 mod size;
+mod soak;
 mod test;
 mod toolchain;
 
@@ -79,6 +80,9 @@ enum Task {
         #[arg(long)]
         json: bool,
     },
+    /// Simulates 10,000 seeds of an hour with all faults, 50 robots and 13 piles, and checks every promise:
+    /// up to an hour.
+    Soak,
     /// Boots the pile's image in QEMU and shows its log.
     Emulate {
         /// Where USART1, the link to the coordinator, listens on this machine.
@@ -130,6 +134,7 @@ fn main() -> ExitCode {
         Task::Bench { what: Bench::Pile { json } } => bench::pile(json),
         Task::Bench { what: Bench::Planning { maps, json } } => planning::bench(maps.as_deref(), json),
         Task::Fuzz { seconds, keep, json } => fuzz::run(seconds, keep, json),
+        Task::Soak => soak::all().run(),
         Task::Emulate { link, reader } => emulate(link, reader),
     };
     match result {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::command::{Command, Failure, cargo};
-use crate::{firmware, fuzz, labwired, planning, setup};
+use crate::{firmware, fuzz, labwired, planning, setup, soak};
 
 /// The steps that ran, and how long each took.
 #[derive(Default)]
@@ -33,6 +33,7 @@ fn run(steps: &mut Steps) -> Result<(), Failure> {
     steps.commands("firmware documentation", firmware::documentation(&toolchain))?;
     steps.commands("tests", [cargo("test --quiet --workspace")])?;
     steps.commands("optimal lengths", [planning::check()])?;
+    steps.commands("simulated sites", [soak::some()])?;
     steps.step("fuzzing", "cargo xtask fuzz", fuzz::test)
 }
 

@@ -19,6 +19,7 @@ mod provision;
 mod reproduce;
 mod run;
 mod select;
+mod simulate;
 mod span;
 mod stop;
 mod table;
@@ -50,6 +51,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Demo(demo::Demo),
+    Simulate(simulate::Simulate),
     Run(run::Run),
     Check(check::Check),
     Map(map::Map),
@@ -67,6 +69,7 @@ impl Command {
     fn run(self) -> Outcome {
         match self {
             Self::Demo(command) => command.run(),
+            Self::Simulate(command) => command.run(),
             Self::Run(command) => command.run(),
             Self::Check(command) => command.run(),
             Self::Map(command) => command.run(),

@@ -13,18 +13,25 @@ use super::{
 };
 use crate::{config::RobotConfig, selection::reach::alert_energy, site::Site};
 
-/// A full battery: small, so that a robot needs a charge about every ten minutes.
-const FULL_J: f32 = 120_000.0;
-/// What a metre of driving takes, on top of what a robot takes all the time.
-const DRIVE_J_PER_M: f32 = 100.0;
-/// What a robot's computer and sensors take all the time.
-const IDLE_W: f32 = 60.0;
-/// How fast a robot drives.
-const SPEED_MPS: f32 = 0.8;
-/// What a metre takes in all, which is what a robot's reach depends on.
-const ENERGY_PER_METRE_J: f32 = DRIVE_J_PER_M + IDLE_W / SPEED_MPS;
-/// Kept on top of a drive across the site (delta of LMPP eq. 3): three minutes of waiting.
-const RESERVE_J: f32 = 180.0 * IDLE_W;
+/// A kind of robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// The energy of a full battery, in joules.
+    pub full_j: f32,
+    /// What a metre of driving takes on top of what a robot takes all the time, in joules.
+    pub drive_j_per_m: f32,
+    /// What a robot's computer and sensors take all the time, in watts.
+    pub idle_w: f32,
+    /// How fast it drives, in metres a second.
+    pub speed_mps: f32,
+    /// What is kept on top of a drive across the site (delta of LMPP eq. 3), as a time of waiting in
+    /// seconds.
+    pub reserve_s: f32,
+}
+
+/// Of the demo: it needs a charge about every ten minutes, and can wait for three.
+pub const LIVELY: Model =
+    Model { full_j: 120_000.0, drive_j_per_m: 100.0, idle_w: 60.0, speed_mps: 0.8, reserve_s: 180.0 };
 /// The initial charge, as a share of a full battery: from, to.
 pub const INITIAL_CHARGE: (f64, f64) = (0.3, 1.0);
 
@@ -44,7 +51,7 @@ impl Fleet {
     #[must_use]
     pub fn new(site: &Arc<Site>, count: u16, seed: u64) -> Self {
         let terrain = Arc::new(Terrain::new(site));
-        let alert = alert(site);
+        let alert = LIVELY.alert(site);
         let posts = site.piles.iter().map(|pile| {
             (pile.id, Post { position: site.position(pile.cell).into(), power_w: pile.power_w.into() })
         });
@@ -52,12 +59,12 @@ impl Fleet {
         let mut fleet = Self { configs: Vec::new(), robots: BTreeMap::new(), world };
         for id in (1..=count).map(RobotId) {
             let mut random = Random::new(seed, id.0.into());
-            let energy_j = f64::from(FULL_J) * random.between(INITIAL_CHARGE.0, INITIAL_CHARGE.1);
+            let energy_j = f64::from(LIVELY.full_j) * random.between(INITIAL_CHARGE.0, INITIAL_CHARGE.1);
             let mut navigator = Navigator::new(Arc::clone(&terrain), random);
             // A site without a place to work at has no robots.
             let Some(position) = navigator.place() else { break };
-            let build = build(id);
-            fleet.configs.push(config(id));
+            let build = LIVELY.build(id);
+            fleet.configs.push(LIVELY.config(id));
             fleet.robots.insert(id, Robot::new(navigator, alert.get().into()));
             fleet.world.bodies.insert(id, Body::new(build, position, energy_j));
         }
@@ -65,30 +72,38 @@ impl Fleet {
     }
 }
 
-/// The energy at which a robot asks for a charge (LMPP eq. 3).
-#[must_use]
-pub fn alert(site: &Site) -> EnergyJ {
-    let diameter_m = f64::from(site.grid.width()).hypot(site.grid.height().into()) * site.resolution_m;
-    alert_energy(ENERGY_PER_METRE_J, diameter_m, EnergyJ::clamped(RESERVE_J))
-}
-
-/// How a robot is built.
-#[must_use]
-pub fn build(robot: RobotId) -> Build {
-    Build {
-        tag: tag(robot),
-        full_j: FULL_J.into(),
-        idle_w: IDLE_W.into(),
-        drive_j_per_m: DRIVE_J_PER_M.into(),
-        speed_mps: SPEED_MPS.into(),
+impl Model {
+    /// What a metre takes in all, which is what a robot's reach depends on.
+    fn energy_per_metre_j(&self) -> f32 {
+        self.drive_j_per_m + self.idle_w / self.speed_mps
     }
-}
 
-/// What the coordinator knows of a robot.
-#[must_use]
-pub fn config(robot: RobotId) -> RobotConfig {
-    let full = EnergyJ::clamped(FULL_J);
-    RobotConfig { id: robot, tag: tag(robot), full, energy_per_metre_j: ENERGY_PER_METRE_J, speed_mps: SPEED_MPS }
+    /// The energy at which a robot asks for a charge (LMPP eq. 3).
+    #[must_use]
+    pub fn alert(&self, site: &Site) -> EnergyJ {
+        let diameter_m = f64::from(site.grid.width()).hypot(site.grid.height().into()) * site.resolution_m;
+        alert_energy(self.energy_per_metre_j(), diameter_m, EnergyJ::clamped(self.reserve_s * self.idle_w))
+    }
+
+    /// How a robot is built.
+    #[must_use]
+    pub fn build(&self, robot: RobotId) -> Build {
+        Build {
+            tag: tag(robot),
+            full_j: self.full_j.into(),
+            idle_w: self.idle_w.into(),
+            drive_j_per_m: self.drive_j_per_m.into(),
+            speed_mps: self.speed_mps.into(),
+        }
+    }
+
+    /// What the coordinator knows of a robot.
+    #[must_use]
+    pub fn config(&self, robot: RobotId) -> RobotConfig {
+        let full = EnergyJ::clamped(self.full_j);
+        let energy_per_metre_j = self.energy_per_metre_j();
+        RobotConfig { id: robot, tag: tag(robot), full, energy_per_metre_j, speed_mps: self.speed_mps }
+    }
 }
 
 /// An EPC as a fleet's owner would number them: a fixed head, the robot's number at the end.

@@ -23,6 +23,13 @@ impl Point {
     pub fn distance_m(self, other: Self) -> f64 {
         (self.x_m - other.x_m).hypot(self.y_m - other.y_m)
     }
+
+    /// Whether `other` is nearer than `distance_m`, in metres.
+    #[must_use]
+    pub fn is_within(self, distance_m: f64, other: Self) -> bool {
+        let (dx, dy) = (self.x_m - other.x_m, self.y_m - other.y_m);
+        dx * dx + dy * dy < distance_m * distance_m
+    }
 }
 
 impl From<Position> for Point {

@@ -43,4 +43,5 @@ pub mod tasks;
 pub mod terrain;
 #[cfg(test)]
 mod tests;
+pub mod trial;
 pub mod world;

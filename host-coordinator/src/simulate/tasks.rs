@@ -21,8 +21,7 @@ pub enum Task {
 
 impl Task {
     /// All kinds.
-    pub const ALL: [Self; 5] =
-        [Self::Patrolling, Self::Delivery, Self::Cleaning, Self::Escort, Self::Other];
+    pub const ALL: [Self; 5] = [Self::Patrolling, Self::Delivery, Self::Cleaning, Self::Escort, Self::Other];
 
     /// The next task, by chance.
     pub fn draw(random: &mut Random) -> Self {

@@ -14,7 +14,7 @@ use super::ground::{Point, Route, follow};
 /// A robot's contacts touch a pile's within this distance in metres.
 pub const CONTACT_M: f64 = 0.2;
 /// A robot sees whether another stands at the end of its route from this far, in metres.
-const SIGHT_M: f64 = 8.0;
+pub const SIGHT_M: f64 = 8.0;
 /// A robot occupies this much floor around its middle, in metres.
 const ROBOT_RADIUS_M: f64 = 0.5;
 /// What a reader hears of a tag one metre away.
@@ -180,7 +180,8 @@ impl World {
 }
 
 /// How loud a tag is at a distance in metres: a log-distance model.
-fn rssi_dbm(distance_m: f64) -> f64 {
+#[must_use]
+pub fn rssi_dbm(distance_m: f64) -> f64 {
     RSSI_AT_ONE_METRE_DBM - RSSI_PER_DECADE_DB * distance_m.max(RSSI_NEAREST_M).log10()
 }
 

@@ -9,6 +9,7 @@ mod plan;
 mod provision;
 mod reproduce;
 mod select;
+mod simulate;
 
 use std::{
     fs,

@@ -1,0 +1,100 @@
+//! The promises of the system, and how each can be broken.
+
+use std::fmt;
+
+use protocol::{LeaseId, PileId, RobotId};
+
+/// A broken promise.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Breach {
+    /// One holder a pile: it gave energy to a robot that does not hold its lease.
+    WrongRobot {
+        /// Which pile.
+        pile: PileId,
+        /// Who stood on its contacts.
+        robot: RobotId,
+    },
+    /// One holder a pile: it took a new lease while it held another.
+    Replaced {
+        /// Which pile.
+        pile: PileId,
+        /// The lease that never ended.
+        lease: LeaseId,
+    },
+    /// One holder a pile: the coordinator took it to be held by somebody while it was held by another.
+    Disputed {
+        /// Which pile.
+        pile: PileId,
+        /// Who held it.
+        holder: RobotId,
+        /// Whom the coordinator took for the holder.
+        granted: RobotId,
+    },
+    /// No lease beyond its life: a pile still held to one.
+    HeldTooLong {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseId,
+    },
+    /// No lease beyond its life: the coordinator still had one in its book.
+    BookedTooLong {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseId,
+    },
+    /// No robot forgotten: one that asks is not in the coordinator's book though it was heard.
+    Forgotten {
+        /// Who.
+        robot: RobotId,
+    },
+    /// No energy without a lease.
+    Unleased {
+        /// Which pile.
+        pile: PileId,
+    },
+    /// The event log gives another state than the one that recorded it.
+    OtherState,
+    /// An event reads back from the log as another.
+    OtherEvent {
+        /// Its place in the log, from 0.
+        index: usize,
+    },
+}
+
+impl Breach {
+    /// Whether it is about who holds a pile.
+    #[must_use]
+    pub const fn is_double_grant(&self) -> bool {
+        matches!(self, Self::WrongRobot { .. } | Self::Replaced { .. } | Self::Disputed { .. })
+    }
+}
+
+impl fmt::Display for Breach {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WrongRobot { pile, robot } => {
+                write!(f, "pile {pile} gave energy to robot {robot}, which does not hold its lease")
+            }
+            Self::Replaced { pile, lease } => {
+                write!(f, "pile {pile} took a new lease before lease {lease} had ended")
+            }
+            Self::Disputed { pile, holder, granted } => {
+                write!(f, "pile {pile} was taken to be robot {granted}'s while robot {holder} held it")
+            }
+            Self::HeldTooLong { pile, lease } => {
+                write!(f, "pile {pile} held to lease {lease} beyond its life")
+            }
+            Self::BookedTooLong { pile, lease } => {
+                write!(f, "the coordinator kept lease {lease} of pile {pile} beyond its life")
+            }
+            Self::Forgotten { robot } => {
+                write!(f, "robot {robot} asks, was heard, and is not in the coordinator's book")
+            }
+            Self::Unleased { pile } => write!(f, "pile {pile} gave energy without a lease"),
+            Self::OtherState => f.write_str("the event log folds to another state"),
+            Self::OtherEvent { index } => write!(f, "event {index} reads back from the log as another"),
+        }
+    }
+}

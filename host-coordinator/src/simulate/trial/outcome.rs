@@ -1,0 +1,162 @@
+//! What a run comes to, and what many of them come to.
+
+use protocol::Millis;
+use serde::Serialize;
+
+use super::breach::Breach;
+
+/// A run that was broken off because a promise of the system was broken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// When.
+    pub at: Millis,
+    /// Which promise.
+    pub breach: Breach,
+    /// How many faults had struck by then.
+    pub struck: u64,
+}
+
+/// What a run comes to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Its seed.
+    pub seed: u64,
+    /// What was counted.
+    pub tally: Tally,
+    /// Why it was broken off, if it was.
+    pub failure: Option<Failure>,
+}
+
+/// What is counted in a run, or in many.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Times that a robot began to ask for a charge.
+    pub requests: u64,
+    /// Leases granted.
+    pub granted: u64,
+    /// Charges given in full.
+    pub completed: u64,
+    /// Charges ended for a robot that needs one more; nobody does that yet.
+    pub preempted: u64,
+    /// Broken promises about who holds a pile.
+    pub double_grants: u64,
+    /// Broken promises about robots that ask.
+    pub lost_requests: u64,
+    /// Robots that stranded although a pile was within their true reach when they asked.
+    pub stranded_reachable: u64,
+    /// Other robots that stranded.
+    pub stranded_unreachable: u64,
+    /// From first asking until the contacts were live, in milliseconds; at the end of the run the robots
+    /// that still wait count with what they have waited so far.
+    pub waits_ms: Vec<u32>,
+    /// Time that robots worked, in milliseconds.
+    pub worked_ms: u64,
+    /// Time that there were robots, in milliseconds.
+    pub robots_ms: u64,
+    /// How far robots drove on their ways to a charge, in metres.
+    pub charge_distance_m: f64,
+}
+
+impl Tally {
+    /// Adds what was counted elsewhere.
+    pub fn add(&mut self, other: &Self) {
+        self.requests += other.requests;
+        self.granted += other.granted;
+        self.completed += other.completed;
+        self.preempted += other.preempted;
+        self.double_grants += other.double_grants;
+        self.lost_requests += other.lost_requests;
+        self.stranded_reachable += other.stranded_reachable;
+        self.stranded_unreachable += other.stranded_unreachable;
+        self.waits_ms.extend_from_slice(&other.waits_ms);
+        self.worked_ms += other.worked_ms;
+        self.robots_ms += other.robots_ms;
+        self.charge_distance_m += other.charge_distance_m;
+    }
+
+    /// The figures under their names; `seed` is that of the run, or the first.
+    #[must_use]
+    pub fn figures(&self, seed: u64) -> Figures {
+        let mut sorted = self.waits_ms.clone();
+        sorted.sort_unstable();
+        // The nearest rank.
+        let quantile = |share: f64| {
+            let rank = (share * sorted.len() as f64).ceil() as usize;
+            sorted.get(rank.saturating_sub(1)).map_or(0.0, |&wait_ms| f64::from(wait_ms) / 1e3)
+        };
+        Figures {
+            seed,
+            requests: self.requests,
+            granted: self.granted,
+            completed: self.completed,
+            preempted: self.preempted,
+            double_grants: self.double_grants,
+            lost_requests: self.lost_requests,
+            stranded_reachable: self.stranded_reachable,
+            stranded_unreachable: self.stranded_unreachable,
+            wait_s: Wait { p50: quantile(0.5), p99: quantile(0.99) },
+            working_share: self.worked_ms as f64 / self.robots_ms.max(1) as f64,
+            charge_distance_m: self.charge_distance_m,
+        }
+    }
+}
+
+/// The figures of a run, or of many, as programs read them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    /// The seed of the run, or of the first.
+    pub seed: u64,
+    /// See [`Tally::requests`].
+    pub requests: u64,
+    /// See [`Tally::granted`].
+    pub granted: u64,
+    /// See [`Tally::completed`].
+    pub completed: u64,
+    /// See [`Tally::preempted`].
+    pub preempted: u64,
+    /// See [`Tally::double_grants`].
+    pub double_grants: u64,
+    /// See [`Tally::lost_requests`].
+    pub lost_requests: u64,
+    /// See [`Tally::stranded_reachable`].
+    pub stranded_reachable: u64,
+    /// See [`Tally::stranded_unreachable`].
+    pub stranded_unreachable: u64,
+    /// See [`Tally::waits_ms`].
+    pub wait_s: Wait,
+    /// The share of their time that robots worked.
+    pub working_share: f64,
+    /// See [`Tally::charge_distance_m`].
+    pub charge_distance_m: f64,
+}
+
+/// What half of the waits, and 99 of 100, are at most, in seconds; 0 without any.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Wait {
+    /// The median.
+    pub p50: f64,
+    /// The 99th percentile.
+    pub p99: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_of_all_waits_together_and_shares_of_all_time() {
+        let one = Tally {
+            waits_ms: (1..=99).map(|s| s * 1_000).collect(),
+            worked_ms: 30,
+            robots_ms: 100,
+            ..Tally::default()
+        };
+        let other = Tally { waits_ms: vec![500_000], worked_ms: 50, robots_ms: 100, ..Tally::default() };
+        let mut sum = one;
+        sum.add(&other);
+        let figures = sum.figures(7);
+        assert_eq!(figures.wait_s, Wait { p50: 50.0, p99: 99.0 });
+        assert_eq!(figures.working_share, 0.4);
+        assert_eq!(Tally::default().figures(1).wait_s, Wait { p50: 0.0, p99: 0.0 });
+    }
+}

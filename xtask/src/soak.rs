@@ -1,0 +1,23 @@
+//! Simulated sites with all faults: `chargehand simulate` on many seeds.
+
+use crate::command::{Command, cargo};
+
+/// Every seed of the soak: an hour each.
+pub fn all() -> Command {
+    simulate(10_000)
+}
+
+/// As many of them as take about a minute.
+pub fn some() -> Command {
+    simulate(200)
+}
+
+fn simulate(seeds: u32) -> Command {
+    cargo("run --release --quiet --package host-coordinator -- simulate").args([
+        "--hours=1".to_owned(),
+        "--robots=50".to_owned(),
+        "--piles=13".to_owned(),
+        "--faults=all".to_owned(),
+        format!("--seeds={seeds}"),
+    ])
+}
