@@ -75,7 +75,10 @@ impl Coordinator {
         let waiting = self.state.requests.iter().filter(|(_, of)| of.place == Place::Waiting);
         let waiting: Vec<_> = waiting.map(|(robot, request)| (*robot, *request)).collect();
         let can_come = |(robot, _): &(RobotId, Request)| {
-            !self.observed.robot_is_silent(*robot, turn.now) && !self.state.stranded.contains(robot)
+            let is_seen = self.observed.robots.get(robot).is_some_and(|seen| seen.last.is_some());
+            is_seen
+                && !self.observed.robot_is_silent(*robot, turn.now)
+                && !self.state.stranded.contains(robot)
         };
         let waiting: Vec<_> = waiting.into_iter().filter(can_come).collect();
         let situation = self.situation(turn, &waiting);
@@ -112,8 +115,11 @@ impl Coordinator {
     pub(super) fn instruct_robots(&mut self, turn: &mut Turn, robots: &[RobotId]) {
         for &robot in robots {
             let Some(request) = self.state.requests.get(&robot).copied() else { continue };
-            // A robot that was not heard since our start cannot hear us either.
-            let Some(seen) = self.observed.robots.get(&robot) else { continue };
+            // A robot that was not heard since our start cannot hear us either; before its first report
+            // nobody knows where it is now.
+            let Some(seen) = self.observed.robots.get(&robot).filter(|seen| seen.last.is_some()) else {
+                continue;
+            };
             let accepted = seen.report.is_some_and(|report| report.accepted == Some(request.id));
             let (goal, sure) = match request.place {
                 Place::Waiting => (None, false),
@@ -137,6 +143,8 @@ impl Coordinator {
     }
 
     fn tell_to_wait(&mut self, turn: &mut Turn, robot: RobotId, request: &Request, reason: UnassignedReason) {
+        // Should it be sent to the same pile again, it will have moved by then.
+        self.observed.robots.entry(robot).or_default().route = None;
         if self.is_to_be_told(robot, Told::Wait, turn.now) {
             turn.send(
                 DeviceId::Robot(robot),
@@ -179,7 +187,7 @@ impl Coordinator {
         if let Some(route) = known {
             return Some(route.clone());
         }
-        let position = seen.last.map_or(request.position, |(position, _)| position);
+        let (position, _) = seen.last?;
         let cells = self.site.cell_of(position).and_then(|from| self.routes.route(from, pile));
         let Some(cells) = cells else {
             turn.warn(format!("robot {robot} has no way to pile {pile} from where it is now"));

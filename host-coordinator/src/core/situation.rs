@@ -36,7 +36,7 @@ impl Coordinator {
         for (robot, request) in waiting {
             let Some(config) = self.robots.get(robot).copied() else { continue };
             let seen = self.observed.robots.get(robot).and_then(|seen| seen.last);
-            let (position, energy) = seen.unwrap_or((request.position, request.energy));
+            let Some((position, energy)) = seen else { continue };
             let ways = self.ways(turn, *robot, position);
             askers.push(self.asker(turn.now, &config, request, energy, ways, &free_in_s));
         }

@@ -38,8 +38,7 @@ fn every_run_and_the_sum_have_the_same_figures() {
 
 #[test]
 fn two_policies_are_compared_figure_by_figure() {
-    let arguments: Vec<_> =
-        QUICK.into_iter().chain(["--seeds", "3", "--compare", "nearest,joint"]).collect();
+    let arguments: Vec<_> = QUICK.into_iter().chain(["--seeds", "3", "--compare", "nearest,joint"]).collect();
     let rows = json(&arguments);
     let working = &rows.as_array().unwrap()[0];
     assert_eq!(working["figure"], "working_share");

@@ -178,6 +178,14 @@ impl Desk {
         self.sent.iter().filter(|(to, _)| *to == DeviceId::Robot(robot)).map(|(_, message)| message).collect()
     }
 
+    /// Where the last route begins that a robot was sent.
+    fn led_from(&self, robot: RobotId) -> Option<Position> {
+        self.sent_to_robot(robot).into_iter().rev().find_map(|message| match message {
+            Message::Assignment(part) if part.first == 0 => part.waypoints.first().copied(),
+            _ => None,
+        })
+    }
+
     fn ends(&self) -> Vec<LeaseEnd> {
         let ends = self.events.iter().filter_map(|event| match event.fact {
             Fact::Ended { why, .. } => Some(why),

@@ -175,3 +175,32 @@ fn a_first_time_and_a_device_of_no_site_are_answered_and_refused() {
     assert!(desk.sent.is_empty());
     assert_eq!(desk.warnings.len(), 3);
 }
+
+#[test]
+fn after_a_restart_a_robot_is_led_from_where_it_is_and_not_from_where_it_asked() {
+    let (before, lease) = Desk::granted();
+    let mut desk = Desk::with_log(before.events);
+    desk.pile_says(P, Availability::Reserved, Some(lease));
+    // It is heard, but where it is it has not said yet.
+    desk.hear(DeviceId::Robot(ROBOT), Message::Hello(Hello::new(Epoch(0))));
+    desk.wait(1_000);
+    assert_eq!(desk.led_from(ROBOT), None);
+    let elsewhere = desk.beside(PileId(6));
+    desk.robot_at(ROBOT, elsewhere, Activity::Waiting, None);
+    desk.wait(1_000);
+    assert_eq!(desk.led_from(ROBOT), Some(elsewhere));
+}
+
+#[test]
+fn after_a_restart_nothing_is_chosen_for_a_robot_before_it_says_where_it_is() {
+    let mut before = Desk::new();
+    before.robot_is(ROBOT, Activity::Waiting, None);
+    before.ask(ROBOT, 1);
+    let mut desk = Desk::with_log(before.events);
+    desk.pile_says(P, Availability::Free, None);
+    desk.wait(2_000);
+    assert_eq!(desk.place(ROBOT), Some(Place::Waiting));
+    desk.robot_is(ROBOT, Activity::Waiting, None);
+    desk.wait(1_000);
+    assert_eq!(desk.place(ROBOT), Some(Place::Granted(P)));
+}
