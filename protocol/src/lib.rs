@@ -67,7 +67,7 @@
 //! | `Nack` | 26 |
 //! | `Fault` | 13 |
 //! | `RobotState` | 20 |
-//! | `ChargeRequest` | 18 |
+//! | `ChargeRequest` | 23 |
 //! | `Assignment` | 208 |
 //! | `Unassigned` | 7 |
 //! | `Drive` | 23 |

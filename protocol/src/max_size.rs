@@ -217,7 +217,7 @@ structs! {
     Fault { report, code, active }
     Position { x, y }
     RobotState { position, energy, activity, accepted }
-    ChargeRequest { request, position, energy }
+    ChargeRequest { request, position, energy, task, priority }
     Assignment { request, pile, total, first, waypoints }
     Unassigned { request, reason }
     Twist { vx, vy, wz }

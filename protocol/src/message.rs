@@ -14,6 +14,7 @@
 //! | [`ChargeRequest`] | robot | coordinator | [`Assignment`] or [`Unassigned`] |
 //! | [`Drive`], [`Stop`], [`Release`] | robot | chassis | `Ack` or `Nack` |
 //! | [`Task`] | robot | chassis | `Ack` and, if a task ended, [`TaskEnergy`]; or `Nack` |
+//! | [`TaskEnergy`] | robot | coordinator | nothing: what is lost is learned from the next |
 //! | [`Odometry`], [`ChassisState`] | chassis | robot | nothing: they are repeated |
 //! | [`Query`] | service tool | pile | what its [`Topic`] says |
 //! | [`ClearFault`] | service tool, coordinator | pile | `Ack` or `Nack` |

@@ -107,6 +107,55 @@ quantities! {
     CurrentA, -100.0..=100.0, "a current in amperes";
 }
 
+/// How important a robot's task is (Access Table 1's T_p), 0 to 10; the more the sooner it gets a pile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(transparent)]
+pub struct TaskPriority(u8);
+
+impl TaskPriority {
+    /// The least important.
+    pub const MIN: Self = Self(0);
+    /// Of a task of which nothing is known: Access Table 1's "others".
+    pub const USUAL: Self = Self(5);
+    /// The most important.
+    pub const MAX: Self = Self(10);
+
+    /// Takes `value` if it is in range.
+    ///
+    /// # Errors
+    /// [`OutOfRange`] otherwise.
+    pub fn new(value: u8) -> Result<Self, OutOfRange> {
+        if value <= Self::MAX.0 {
+            Ok(Self(value))
+        } else {
+            Err(OutOfRange { quantity: "a task's priority", value: value.into(), min: 0.0, max: 10.0 })
+        }
+    }
+
+    /// The bare number.
+    #[must_use]
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}
+
+impl Default for TaskPriority {
+    fn default() -> Self {
+        Self::USUAL
+    }
+}
+
+impl MaxSize for TaskPriority {
+    const MAX_SIZE: usize = u8::MAX_SIZE;
+}
+
+impl<'de> Deserialize<'de> for TaskPriority {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Self::new(u8::deserialize(deserializer)?).map_err(de::Error::custom)
+    }
+}
+
 macro_rules! times {
     ($($(#[$doc:meta])* $name:ident($inner:ty), 0..=$max:literal, $label:literal;)*) => {$(
         $(#[$doc])*

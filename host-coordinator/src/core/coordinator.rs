@@ -295,6 +295,9 @@ impl Coordinator {
         match message {
             Message::RobotState(report) => self.hear_robot_state(turn, robot, report),
             Message::ChargeRequest(request) => self.hear_request(turn, robot, boot, request),
+            Message::TaskEnergy(done) => {
+                self.record(turn, Fact::TaskDone { robot, task: done.task, energy: done.last });
+            }
             Message::TimeRequest(request) => turn.send(
                 DeviceId::Robot(robot),
                 Message::TimeSync(TimeSync { asked_at: request.asked_at, site_now: turn.now }),

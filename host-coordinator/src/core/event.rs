@@ -5,7 +5,7 @@
 
 use protocol::{
     BootEpoch, CommandId, DurationMs, EndReason, EnergyJ, Epoch, FaultCode, LeaseId, LeaseRef, NackReason,
-    PileId, Position, ReportId, RequestId, RobotId, SiteMillis,
+    PileId, Position, ReportId, RequestId, RobotId, SiteMillis, TaskId, TaskPriority,
 };
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +47,21 @@ pub enum Fact {
         /// Where it was.
         position: Position,
         /// What its battery held.
+        energy: EnergyJ,
+        /// What it will work on afterwards, if it knows.
+        #[serde(default)]
+        task: Option<TaskId>,
+        /// How important that is.
+        #[serde(default)]
+        priority: TaskPriority,
+    },
+    /// A robot has done a task, which took this much (Access eq. 1).
+    TaskDone {
+        /// Who.
+        robot: RobotId,
+        /// What.
+        task: TaskId,
+        /// What the run took from its battery.
         energy: EnergyJ,
     },
     /// A robot went back to work without its charge.
@@ -241,6 +256,8 @@ pub enum RevokeReason {
     Abandoned,
     /// The robot cannot come any more.
     Stranded,
+    /// Its robot has enough to work on, and a critical one needs the pile.
+    Preempted,
     /// The pile did not answer in time.
     Unanswered,
     /// The pile reserves its place under a lease that this coordinator does not know.

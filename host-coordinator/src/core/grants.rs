@@ -207,7 +207,8 @@ impl Coordinator {
         }
     }
 
-    fn is_charging(&self, pile: PileId, lease: &Lease) -> bool {
+    /// Whether the pile charges the lease's robot now.
+    pub(super) fn is_charging(&self, pile: PileId, lease: &Lease) -> bool {
         let report = self.observed.piles.get(&pile).and_then(|seen| seen.report);
         report.is_some_and(|report| {
             report.row.availability == Availability::Charging

@@ -11,6 +11,7 @@
 //! | [`event`] | what the log records |
 //! | [`decision`] | a choice of a pile, kept so that a person can ask why |
 //! | [`state`] | what is known for sure: the fold of the log |
+//! | [`profile`] | what a robot's tasks take from its battery |
 //! | [`observed`] | what was heard since the start |
 //! | [`coordinator`] | the step: who is heard and what it means |
 //! | `turn` | a step in the making, and whom it concerns |
@@ -27,6 +28,7 @@ pub mod decision;
 pub mod event;
 mod grants;
 pub mod observed;
+pub mod profile;
 mod queue;
 pub mod routes;
 mod site_view;

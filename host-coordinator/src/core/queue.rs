@@ -11,12 +11,12 @@ use protocol::{
 use super::{
     coordinator::Coordinator,
     decision::Decision,
-    event::Fact,
+    event::{Fact, RevokeReason},
     observed::{Route, Told},
     state::{Phase, Place, Request},
     turn::Turn,
 };
-use crate::selection::{Asker, Choice};
+use crate::selection::{Asker, Choice, Stage};
 
 impl Coordinator {
     /// A robot asks. Its frames come in order, so another number than before is a new request.
@@ -27,7 +27,7 @@ impl Coordinator {
         boot: BootEpoch,
         asked: ChargeRequest,
     ) {
-        let ChargeRequest { request, position, energy } = asked;
+        let ChargeRequest { request, position, energy, task, priority } = asked;
         let seen = self.observed.robots.entry(robot).or_default();
         seen.last = Some((position, energy));
         let open = self.state.requests.get(&robot);
@@ -41,7 +41,7 @@ impl Coordinator {
         seen.left_work = seen.working_since.is_none() && seen.report.is_some();
         seen.working_since = seen.working_since.map(|_| turn.now);
         seen.told = None;
-        self.record(turn, Fact::Asked { robot, boot, request, position, energy });
+        self.record(turn, Fact::Asked { robot, boot, request, position, energy, task, priority });
         self.observed.queue_is_due = true;
     }
 
@@ -106,9 +106,14 @@ impl Coordinator {
         };
         if self.availability(pile, turn.now) == Some(Availability::Free) {
             self.grant(turn, pile, robot);
-        } else {
-            self.record(turn, Fact::NextReserved { pile, robot });
+            return;
         }
+        if choice.stage == Stage::Preempting
+            && let Some(lease) = self.state.lease(pile).map(|lease| lease.name)
+        {
+            self.revoke(turn, pile, lease, RevokeReason::Preempted);
+        }
+        self.record(turn, Fact::NextReserved { pile, robot });
     }
 
     /// Tells each of `robots` that asked where to go, until it goes there, or that it must wait.

@@ -77,6 +77,13 @@ impl Routes {
         (weight > 0.0).then(|| length / weight)
     }
 
+    /// How far it is from a pile to the pile farthest away, in cells: how far a robot that works anywhere may
+    /// have to drive to be charged. 0 if a way leads to no other.
+    #[must_use]
+    pub fn farthest_from(&self, pile: PileId) -> f64 {
+        self.between.get(&pile).map_or(0.0, |ways| ways.values().copied().fold(0.0, f64::max))
+    }
+
     /// The cells where the way from `from` to a pile turns, both ends included.
     pub fn route(&self, from: Cell, pile: PileId) -> Option<Vec<Cell>> {
         let survey = self.lmpp.survey(from).ok()?;

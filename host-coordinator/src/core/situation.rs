@@ -1,12 +1,12 @@
 //! What is known of all robots that wait, as the policies take it.
 
 use firmware_pile::charge;
-use protocol::{Availability, EnergyJ, PileId, Position, RobotId, SiteMillis};
+use protocol::{Availability, DurationMs, EnergyJ, PileId, Position, RobotId, SiteMillis};
 
-use super::{PILE, coordinator::Coordinator, routes::Ways, state::Request, turn::Turn};
+use super::{PILE, coordinator::Coordinator, profile::TaskProfile, routes::Ways, state::Request, turn::Turn};
 use crate::{
     config::RobotConfig,
-    selection::{Asker, Candidate, Offer, Situation, Times, activity, priority, reach},
+    selection::{Asker, Candidate, Holder, Offer, Situation, Times, activity, priority, reach},
     site::SitePile,
 };
 
@@ -16,6 +16,10 @@ const DOOR_S: f64 = 30.0;
 const LEAVE_S: f64 = 10.0;
 /// What a robot should have left when it comes to a pile, as a share of a full battery.
 const RESERVE: f64 = 0.02;
+/// No charge is cut short before it has lasted so long: nobody is sent to and fro.
+const MIN_HOLD: DurationMs = DurationMs(120_000);
+/// What a task takes of which nothing is known, as a share of a full battery.
+const UNKNOWN_TASK: f64 = 0.3;
 /// A robot surely takes no more than its mean consumption and so many times the spread of it.
 const SPREADS: f64 = 2.0;
 
@@ -65,7 +69,8 @@ impl Coordinator {
             robot: config.id,
             asked_at: request.asked_at,
             waited_s,
-            urgency: priority::urgency(share, priority::USUAL_PRIORITY, waited_s),
+            urgency: priority::urgency(share, request.priority, waited_s),
+            is_critical: priority::score(share, request.priority).is_none(),
             reach: cells(energy, per_metre_j),
             sure_reach: cells(spare, per_metre_j + SPREADS * spread_j),
             offers: piles.map(|(pile, free_in_s)| self.offer(now, &seen, pile, *free_in_s)).collect(),
@@ -101,7 +106,34 @@ impl Coordinator {
                 back_s: self.drive_s(config, back),
             }
         });
-        Offer { candidate, next_is_open: self.next_is_open(pile.id, now), times }
+        let (next_is_open, holder) = (self.next_is_open(pile.id, now), self.holder(pile, now));
+        Offer { candidate, next_is_open, holder, times }
+    }
+
+    /// The robot that a pile charges, if its charge can be cut short for another.
+    fn holder(&self, pile: &SitePile, now: SiteMillis) -> Option<Holder> {
+        let report = self.observed.report(pile.id, now)?;
+        let lease = self.state.lease(pile.id).filter(|lease| self.is_charging(pile.id, lease))?;
+        if report.elapsed < MIN_HOLD || !lease.is_wanted() || self.state.next(pile.id).is_some() {
+            return None;
+        }
+        let config = self.robots.get(&lease.name.robot)?;
+        let request = self.state.requests.get(&config.id)?;
+        let seen = self.observed.robots.get(&config.id)?;
+        let (_, energy) = seen.last?;
+        let full_j = f64::from(config.full.get());
+        let profiles = self.state.profiles.get(&config.id);
+        let profile = request.task.and_then(|task| profiles?.get(&task));
+        let task_j = profile.map_or(UNKNOWN_TASK * full_j, TaskProfile::at_most_j);
+        let (per_metre_j, spread_j) = seen.consumption.estimate(config.energy_per_metre_j);
+        let way_m = self.routes.farthest_from(pile.id) * self.site.resolution_m;
+        let needed_j = task_j + way_m * (per_metre_j + SPREADS * spread_j) + RESERVE * full_j;
+        let energy_j = f64::from(energy.get());
+        (energy_j >= needed_j).then(|| Holder {
+            robot: config.id,
+            priority: request.priority,
+            share: energy_j / full_j,
+        })
     }
 
     /// How long a robot drives for so many cells, in seconds.

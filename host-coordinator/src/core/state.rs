@@ -7,12 +7,13 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use protocol::{
     BootEpoch, CommandId, DurationMs, EndReason, EnergyJ, Epoch, FaultCode, LeaseId, LeaseRef, PileId,
-    Position, ReportId, RequestId, RobotId, SiteMillis,
+    Position, ReportId, RequestId, RobotId, SiteMillis, TaskId, TaskPriority,
 };
 
 use super::{
     decision::Decision,
     event::{Command, Event, Fact, LeaseEnd, RevokeReason},
+    profile::TaskProfile,
 };
 
 /// Decisions that are kept for the dashboard; the log has all of them.
@@ -40,6 +41,8 @@ pub struct State {
     pub requests: BTreeMap<RobotId, Request>,
     /// How often a robot passed a pile in a period of the day (LMPP eq. 4).
     pub passes: BTreeMap<(RobotId, u16), BTreeMap<PileId, u64>>,
+    /// What the tasks of each robot take (Access Table 1, eqs. 1, 2).
+    pub profiles: BTreeMap<RobotId, BTreeMap<TaskId, TaskProfile>>,
     /// The newest decisions, newest first.
     pub decisions: VecDeque<Decision>,
     /// The newest charges, newest first.
@@ -153,6 +156,10 @@ pub struct Request {
     pub position: Position,
     /// What its battery held.
     pub energy: EnergyJ,
+    /// What it will work on afterwards, if it knows.
+    pub task: Option<TaskId>,
+    /// How important that is (Access T_tp).
+    pub priority: TaskPriority,
     /// Where it stands in the queue.
     pub place: Place,
 }
@@ -175,6 +182,8 @@ pub struct Totals {
     pub requests: u64,
     /// Charges that were given in full.
     pub charges_completed: u64,
+    /// Charges that were cut short for a critical robot.
+    pub preempted: u64,
     /// What all charges gave, as the piles measured it, in joules.
     pub energy_j: f64,
     /// Requests that a pile accepted.
@@ -226,8 +235,24 @@ impl State {
         match &event.fact {
             Fact::Started { boot } => self.boot = self.boot.max(*boot),
             Fact::EpochStarted { epoch, next_lease } => self.start_epoch(*epoch, *next_lease),
-            Fact::Asked { robot, boot, request, position, energy } => {
-                self.ask(at, *robot, *boot, *request, *position, *energy);
+            Fact::Asked { robot, boot, request, position, energy, task, priority } => {
+                let asked = Request {
+                    boot: *boot,
+                    id: *request,
+                    asked_at: at,
+                    served: false,
+                    decided: false,
+                    assigned: None,
+                    position: *position,
+                    energy: *energy,
+                    task: *task,
+                    priority: *priority,
+                    place: Place::Waiting,
+                };
+                self.ask(*robot, asked);
+            }
+            Fact::TaskDone { robot, task, energy } => {
+                self.profiles.entry(*robot).or_default().entry(*task).or_default().learn(*energy);
             }
             Fact::Withdrawn { robot } => self.close(*robot),
             Fact::Assigned { robot, pile } => {
@@ -342,30 +367,11 @@ impl State {
         }
     }
 
-    fn ask(
-        &mut self,
-        at: SiteMillis,
-        robot: RobotId,
-        boot: BootEpoch,
-        id: RequestId,
-        position: Position,
-        energy: EnergyJ,
-    ) {
+    fn ask(&mut self, robot: RobotId, new: Request) {
         self.totals.requests = self.totals.requests.saturating_add(1);
-        let new = Request {
-            boot,
-            id,
-            asked_at: at,
-            served: false,
-            decided: false,
-            assigned: None,
-            position,
-            energy,
-            place: Place::Waiting,
-        };
         // A robot that asks anew keeps its place, and its time unless it was already served.
         let kept = self.requests.get(&robot).map(|old| Request {
-            asked_at: if old.served { at } else { old.asked_at },
+            asked_at: if old.served { new.asked_at } else { old.asked_at },
             place: old.place,
             ..new
         });
@@ -409,6 +415,10 @@ impl State {
         *lease = Lease { name, phase: Phase::Revoking { why }, command: Some(command), ..*lease };
         match why {
             RevokeReason::Abandoned => self.close_at(name.robot, pile),
+            RevokeReason::Preempted => {
+                self.totals.preempted = self.totals.preempted.saturating_add(1);
+                self.close_at(name.robot, pile);
+            }
             RevokeReason::Stranded | RevokeReason::Unanswered | RevokeReason::Unknown => {
                 self.put_back(name.robot, Place::Granted(pile));
             }

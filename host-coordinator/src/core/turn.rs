@@ -62,7 +62,11 @@ impl Concerned {
             Fact::Accepted { pile, .. } | Fact::Deferred { pile, .. } | Fact::Refused { pile, .. } => {
                 (Some(*pile), None)
             }
-            Fact::Decided(_) | Fact::Passed { .. } | Fact::Charged { .. } | Fact::FaultReported { .. } => {
+            Fact::Decided(_)
+            | Fact::TaskDone { .. }
+            | Fact::Passed { .. }
+            | Fact::Charged { .. }
+            | Fact::FaultReported { .. } => {
                 return;
             }
         };

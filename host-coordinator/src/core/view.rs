@@ -137,6 +137,8 @@ pub struct TotalsView {
     pub requests: u64,
     /// Charges that were given in full.
     pub charges_completed: u64,
+    /// Charges that were cut short for a critical robot.
+    pub preempted: u64,
     /// What all charges gave, as the piles measured it, in joules.
     pub energy_j: f64,
     /// The mean time from first asking to a pile's acceptance, in seconds.
@@ -261,6 +263,7 @@ impl Coordinator {
         TotalsView {
             requests: totals.requests,
             charges_completed: totals.charges_completed,
+            preempted: totals.preempted,
             energy_j: totals.energy_j,
             mean_wait_s: mean,
             worst_wait_s: seconds(totals.worst_wait.0.into()),

@@ -149,6 +149,7 @@ fn log(event: &Event) {
 mod tests {
     use protocol::{
         BootEpoch, ChargeRequest, EnergyJ, Frame, Header, PileId, RequestId, RobotId, Sequence, TagId,
+        TaskPriority,
     };
 
     use super::*;
@@ -164,7 +165,13 @@ mod tests {
         let position = site.position(site.piles[0].cell);
         let energy = EnergyJ::new(5_000.0).unwrap();
         let header = Header::new(DeviceId::Robot(ROBOT), BootEpoch(1), Sequence(request));
-        let asked = ChargeRequest { request: RequestId(request), position, energy };
+        let asked = ChargeRequest {
+            request: RequestId(request),
+            position,
+            energy,
+            task: None,
+            priority: TaskPriority::USUAL,
+        };
         Input::Frame(Frame { header, message: Message::ChargeRequest(asked) })
     }
 

@@ -35,6 +35,8 @@ pub enum Stage {
     Together,
     /// So is an occupied pile for which it is too early to set off.
     Later,
+    /// The robot is critical, and another's charge is cut short for it.
+    Preempting,
     /// Nothing is within reach.
     #[default]
     None,
@@ -51,6 +53,7 @@ impl Stage {
             Self::Nearest => "nearest",
             Self::Together => "together",
             Self::Later => "later",
+            Self::Preempting => "preempting",
             Self::None => "none",
         }
     }
@@ -65,6 +68,7 @@ impl fmt::Display for Stage {
             Self::Nearest => "the nearest free pile",
             Self::Together => "the least time away from work for all robots that wait",
             Self::Later => "it is best to wait for a pile that is still occupied",
+            Self::Preempting => "the robot is critical: another's charge is cut short",
             Self::None => "no usable pile is within reach",
         })
     }
@@ -80,6 +84,8 @@ pub enum PileStage {
     AlmostCharged,
     /// Occupied, and promised to nobody: it can be the robot's next.
     NextOpen,
+    /// Its robot's charge can be cut short.
+    Preemptable,
     /// In none of them.
     Unusable,
 }
@@ -92,6 +98,7 @@ impl PileStage {
             Self::Idle => "idle",
             Self::AlmostCharged => "almost_charged",
             Self::NextOpen => "next_open",
+            Self::Preemptable => "preemptable",
             Self::Unusable => "unusable",
         }
     }
@@ -143,6 +150,7 @@ impl Explanation {
             Verdict::Unknown => Some("if it could be heard".to_owned()),
             Verdict::Taken(Availability::Fault) => Some("if it were mended".to_owned()),
             Verdict::Chosen
+            | Verdict::Preempts { .. }
             | Verdict::Outscored { .. }
             | Verdict::Tied { .. }
             | Verdict::NoPath
@@ -180,6 +188,11 @@ pub enum Verdict {
     NotYet {
         /// When it is free, in seconds from now.
         free_in_s: f64,
+    },
+    /// It was, and the charge of the robot on it is cut short.
+    Preempts {
+        /// Whose charge.
+        robot: RobotId,
     },
     /// Another robot that waits is served before and gets it.
     Given {
@@ -221,6 +234,7 @@ impl Verdict {
             Self::Farther { .. } => "farther",
             Self::Costlier { .. } => "costlier",
             Self::NotYet { .. } => "not_yet",
+            Self::Preempts { .. } => "preempts",
             Self::Given { .. } => "given",
             Self::Tied { .. } => "tied",
             Self::OutOfReach { .. } => "out_of_reach",
@@ -250,6 +264,9 @@ impl fmt::Display for Verdict {
             }
             Self::NotYet { free_in_s } => {
                 write!(f, "the best, and free in {free_in_s:.0} s: the robot need not set off yet")
+            }
+            Self::Preempts { robot } => {
+                write!(f, "chosen: robot {robot} has enough for its next task, and makes way")
             }
             Self::Given { to } => write!(f, "given to robot {to}, which comes first"),
             Self::Tied { with } => {

@@ -16,6 +16,7 @@ use super::{
     explain::{Choice, Explanation, PileStage, Stage, Verdict},
     multistage::Candidate,
     policy::ChargingPolicy,
+    preempt::preempt,
     priority,
     situation::{Asker, Offer, Situation, Times},
 };
@@ -45,7 +46,10 @@ impl ChargingPolicy for Joint {
             Some(((times.away_s() + yielding_s) / COST_UNIT_S) as PairCost)
         });
         let rows = askers.iter().zip(reaches).enumerate();
-        rows.map(|(row, (asker, reach))| explained(situation, &assignment, row, asker, reach)).collect()
+        let choices = rows.map(|(row, (asker, reach))| explained(situation, &assignment, row, asker, reach));
+        let mut choices: Vec<_> = choices.collect();
+        preempt(situation, &mut choices);
+        choices
     }
 }
 

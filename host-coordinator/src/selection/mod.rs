@@ -13,6 +13,7 @@
 //! | [`multistage`] | LMPP's choice for one robot (eqs. 7, 9), in two readings |
 //! | [`nearest`] | the nearest free pile, one robot after the other |
 //! | [`joint`] | all robots together, by the time that it takes them |
+//! | `preempt` | a charge is cut short for a critical robot (Access 2.3) |
 //! | [`explain`] | what is told about every pile |
 
 pub mod activity;
@@ -21,6 +22,7 @@ pub mod joint;
 pub mod multistage;
 pub mod nearest;
 pub mod policy;
+mod preempt;
 pub mod priority;
 pub mod reach;
 pub mod situation;
@@ -28,4 +30,4 @@ pub mod situation;
 pub use explain::{Choice, Explanation, PileStage, Stage, Verdict};
 pub use multistage::{Candidate, Rule, choose};
 pub use policy::{ChargingPolicy, PolicyName};
-pub use situation::{Asker, Offer, Situation, Times};
+pub use situation::{Asker, Holder, Offer, Situation, Times};

@@ -166,7 +166,7 @@ impl Stage {
             Self::ReachAll => Some(probability),
             Self::ReachSome => Some((1.0 - few) * probability + few * (1.0 - normalised)),
             Self::AlmostCharged => Some(few * probability + (1.0 - few) * (1.0 - normalised)),
-            Self::Nearest | Self::Together | Self::Later | Self::None => None,
+            Self::Nearest | Self::Together | Self::Later | Self::Preempting | Self::None => None,
         }
     }
 }

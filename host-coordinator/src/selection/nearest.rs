@@ -8,6 +8,7 @@ use super::{
     explain::{Choice, Explanation, PileStage, Stage, Verdict},
     multistage::Candidate,
     policy::ChargingPolicy,
+    preempt::preempt,
     priority,
     situation::{Asker, Situation},
 };
@@ -68,7 +69,11 @@ pub(super) fn in_turn(
 
 impl ChargingPolicy for Nearest {
     fn choose(&self, situation: &Situation) -> Vec<Choice> {
-        in_turn(situation, self.order, nearest)
+        let mut choices = in_turn(situation, self.order, nearest);
+        if self.order == Order::Urgency {
+            preempt(situation, &mut choices);
+        }
+        choices
     }
 }
 

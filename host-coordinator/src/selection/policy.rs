@@ -26,7 +26,7 @@ pub enum PolicyName {
     Lmpp,
     /// The same as the paper prints it.
     LmppLiteral,
-    /// The most urgent robot first, each to the nearest free pile (Access 2.3): [`Nearest`].
+    /// The most urgent robot first, each to the nearest free pile, with preemption (Access 2.3): [`Nearest`].
     Access,
     /// One robot after the other as it asked, each to the nearest free pile: what fleet managers do today.
     Nearest,

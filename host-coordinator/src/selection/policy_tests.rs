@@ -1,10 +1,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::{collection::vec, option, prelude::*};
-use protocol::{Availability, PileId, RobotId, SiteMillis};
+use protocol::{Availability, PileId, RobotId, SiteMillis, TaskPriority};
 
 use super::*;
-use crate::selection::{Asker, Candidate, Offer, Stage, Times, Verdict, priority};
+use crate::selection::{Asker, Candidate, Holder, Offer, Stage, Times, Verdict, priority};
 
 /// A pile as all robots see it.
 #[derive(Clone, Copy, Debug)]
@@ -12,14 +12,15 @@ struct Pile {
     availability: Option<Availability>,
     next_is_open: bool,
     free_in_s: f64,
+    holder: Option<Holder>,
 }
 
 fn free() -> Pile {
-    Pile { availability: Some(Availability::Free), next_is_open: false, free_in_s: 0.0 }
+    Pile { availability: Some(Availability::Free), next_is_open: false, free_in_s: 0.0, holder: None }
 }
 
 fn occupied(free_in_s: f64) -> Pile {
-    Pile { availability: Some(Availability::Charging), next_is_open: true, free_in_s }
+    Pile { availability: Some(Availability::Charging), next_is_open: true, free_in_s, holder: None }
 }
 
 /// A robot that asked at `asked_s` and drives one cell a second, `distances` from the piles.
@@ -40,13 +41,14 @@ fn asker(number: u16, asked_s: u64, share: f64, piles: &[Pile], distances: &[Opt
             charge_s: 100.0,
             back_s: distance,
         });
-        Offer { candidate, next_is_open: what.next_is_open, times }
+        Offer { candidate, next_is_open: what.next_is_open, holder: what.holder, times }
     });
     Asker {
         robot: RobotId(number),
         asked_at: SiteMillis(asked_s * 1_000),
         waited_s,
-        urgency: priority::urgency(share, priority::USUAL_PRIORITY, waited_s),
+        urgency: priority::urgency(share, TaskPriority::USUAL, waited_s),
+        is_critical: priority::score(share, TaskPriority::USUAL).is_none(),
         reach: 100.0 * share,
         sure_reach: 80.0 * share,
         offers: offers.collect(),
@@ -118,6 +120,48 @@ fn what_is_said_to_change_the_choice_does() {
     assert_eq!(chosen(PolicyName::Joint, askers(by_s / 2.0 + 0.1))[0], Some(1));
 }
 
+fn held_by(robot: u16, priority: u8, share: f64) -> Holder {
+    Holder { robot: RobotId(robot), priority: TaskPriority::new(priority).unwrap(), share }
+}
+
+const fn is_chosen(verdict: &Verdict) -> bool {
+    matches!(verdict, Verdict::Chosen | Verdict::Preempts { .. })
+}
+
+#[test]
+fn a_critical_robot_takes_the_pile_of_the_least_important_and_then_best_charged() {
+    let held = |priority, share| Pile { holder: Some(held_by(7, priority, share)), ..occupied(900.0) };
+    let piles = [held(8, 0.9), held(3, 0.6), held(3, 0.7), Pile { holder: None, ..occupied(900.0) }];
+    let ways = [Some(1.0), Some(2.0), Some(2.0), Some(1.0)];
+    for name in [PolicyName::Access, PolicyName::Joint] {
+        assert_eq!(chosen(name, vec![asker(1, 900, 0.05, &piles, &ways)]), [Some(3)], "{name}");
+        assert_eq!(
+            chosen(name, vec![asker(1, 900, 0.3, &piles, &ways)]),
+            [None],
+            "{name}: it is not critical"
+        );
+        let far = [None, None, Some(80.0), Some(80.0)];
+        assert_eq!(
+            chosen(name, vec![asker(1, 900, 0.05, &piles, &far)]),
+            [None],
+            "{name}: it would not get there"
+        );
+    }
+    let one = |number, asked| asker(number, asked, 0.05, &piles[..2], &ways[..2]);
+    let both = vec![one(1, 950), one(2, 900)];
+    assert_eq!(chosen(PolicyName::Joint, both), [Some(1), Some(2)], "who waits longer comes first");
+    for name in [PolicyName::Nearest, PolicyName::Lmpp] {
+        assert_eq!(chosen(name, vec![one(1, 900)]), [None], "{name} cuts no charge short");
+    }
+}
+
+#[test]
+fn nobody_is_sent_off_for_a_robot_that_is_served_soon_anyway() {
+    let piles = [Pile { holder: Some(held_by(7, 1, 0.9)), ..occupied(900.0) }, occupied(55.0)];
+    let situation = Situation { askers: vec![asker(1, 900, 0.08, &piles, &[Some(2.0), Some(3.0)])] };
+    assert_eq!(Joint.choose(&situation)[0].stage, Stage::Later);
+}
+
 fn situations() -> impl Strategy<Value = Situation> {
     let availability = prop_oneof![
         4 => Just(Availability::Free),
@@ -126,10 +170,13 @@ fn situations() -> impl Strategy<Value = Situation> {
         1 => Just(Availability::Done),
         1 => Just(Availability::Fault),
     ];
-    let pile = (option::weighted(0.9, availability), any::<bool>(), 0.0..200.0).prop_map(
-        |(availability, open, free_in_s)| {
+    let holder = option::of((0u8..=10, 0.0..1.0));
+    let pile = (option::weighted(0.9, availability), any::<bool>(), 0.0..200.0, holder).prop_map(
+        |(availability, open, free_in_s, holder)| {
             let occupied = matches!(availability, Some(Availability::Charging | Availability::Reserved));
-            Pile { availability, next_is_open: open && occupied, free_in_s }
+            let charging = availability == Some(Availability::Charging) && open;
+            let holder = holder.filter(|_| charging).map(|(priority, share)| held_by(99, priority, share));
+            Pile { availability, next_is_open: open && occupied, free_in_s, holder }
         },
     );
     vec(pile, 0..6).prop_flat_map(|piles| {
@@ -154,7 +201,7 @@ proptest! {
                 prop_assert_eq!(choice.explanations.len(), asker.offers.len());
                 prop_assert_eq!(choice.chosen.is_none(), matches!(choice.stage, Stage::None | Stage::Later));
                 let marked: Vec<_> =
-                    choice.explanations.iter().filter(|row| row.verdict == Verdict::Chosen).collect();
+                    choice.explanations.iter().filter(|row| is_chosen(&row.verdict)).collect();
                 prop_assert_eq!(marked.first().map(|row| row.pile), choice.chosen);
                 let Some(pile) = choice.chosen else { continue };
                 prop_assert!(given.insert(pile), "{name}: pile {pile} twice");

@@ -9,6 +9,8 @@
 
 use std::cmp::Ordering;
 
+use protocol::TaskPriority;
+
 use super::situation::Asker;
 
 /// A robot whose battery holds no more than this share of its full charge is critical (P_TH, eq. 5).
@@ -19,18 +21,13 @@ pub const CRITICAL: f64 = 2.0;
 /// Waiting this long is worth 1, in seconds.
 pub const AGEING_S: f64 = 300.0;
 
-/// The highest priority of a task (Access Table 1).
-pub const HIGHEST_PRIORITY: u8 = 10;
-/// The priority of a task of which nothing is known ("others" in Access Table 1).
-pub const USUAL_PRIORITY: u8 = 5;
-
 /// The score S of a robot that has `share` of its full charge, 0 to 1, and whose next task has this
 /// priority (Access eqs. 4, 5): none if the robot is critical.
 ///
 /// The two weights of eq. 4 only scale it, which no comparison sees: they are 1.
 #[must_use]
-pub fn score(share: f64, task_priority: u8) -> Option<f64> {
-    let priority = f64::from(task_priority.min(HIGHEST_PRIORITY));
+pub fn score(share: f64, task_priority: TaskPriority) -> Option<f64> {
+    let priority = f64::from(task_priority.get());
     // A share that is no number is not above the threshold either.
     (share > CRITICAL_SHARE).then(|| priority / share.min(1.0))
 }
@@ -38,8 +35,8 @@ pub fn score(share: f64, task_priority: u8) -> Option<f64> {
 /// How urgent a robot's need is after `waited_s` seconds: its score, mapped to 0 to 1, or
 /// [`CRITICAL`]; and its age.
 #[must_use]
-pub fn urgency(share: f64, task_priority: u8, waited_s: f64) -> f64 {
-    let highest = f64::from(HIGHEST_PRIORITY) / CRITICAL_SHARE;
+pub fn urgency(share: f64, task_priority: TaskPriority, waited_s: f64) -> f64 {
+    let highest = f64::from(TaskPriority::MAX.get()) / CRITICAL_SHARE;
     let need = score(share, task_priority).map_or(CRITICAL, |score| score / highest);
     need + waited_s.max(0.0) / AGEING_S
 }
@@ -59,7 +56,7 @@ mod tests {
 
     #[test]
     fn a_low_battery_and_an_important_task_come_first() {
-        let score = |share, priority| score(share, priority).unwrap();
+        let score = |share, priority| score(share, TaskPriority::new(priority).unwrap()).unwrap();
         assert_eq!(score(0.5, 10), 20.0);
         assert!(score(0.2, 8) > score(0.4, 8));
         assert!(score(0.4, 8) > score(0.4, 3));
@@ -69,22 +66,24 @@ mod tests {
     #[test]
     fn a_critical_robot_is_more_urgent_than_any_other_that_asked_when_it_did() {
         for share in [0.0, 0.05, CRITICAL_SHARE, -1.0, f64::NAN] {
-            assert_eq!(score(share, 1), None, "{share}");
-            assert!(urgency(share, 0, 60.0) > urgency(0.101, 10, 60.0));
+            assert_eq!(score(share, TaskPriority::USUAL), None, "{share}");
+            assert!(urgency(share, TaskPriority::MIN, 60.0) > urgency(0.101, TaskPriority::MAX, 60.0));
         }
     }
 
     proptest! {
         #[test]
         fn nobody_who_asked_so_much_later_overtakes(
-            share in 0.0..1.0, other in 0.0..1.0, priority in 0u8..20, others in 0u8..20, waited_s in 0.0..1e6,
+            share in 0.0..1.0, other in 0.0..1.0, priority in 0u8..=10, others in 0u8..=10, waited_s in 0.0..1e6,
         ) {
+            let [priority, others] = [priority, others].map(|value| TaskPriority::new(value).unwrap());
             let later_s = waited_s + CRITICAL * AGEING_S + 0.001;
             prop_assert!(urgency(share, priority, later_s) > urgency(other, others, waited_s));
         }
 
         #[test]
-        fn urgency_is_a_number_whatever_the_battery_says(share: f64, priority: u8, waited_s in 0.0..1e9) {
+        fn urgency_is_a_number_whatever_the_battery_says(share: f64, priority in 0u8..=10, waited_s in 0.0..1e9) {
+            let priority = TaskPriority::new(priority).unwrap();
             let urgency = urgency(share, priority, waited_s);
             prop_assert!(urgency.is_finite() && urgency >= 0.0);
         }

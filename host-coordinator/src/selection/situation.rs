@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{Availability, PileId, RobotId, SiteMillis};
+use protocol::{Availability, PileId, RobotId, SiteMillis, TaskPriority};
 use serde::{Deserialize, Serialize};
 
 use super::multistage::Candidate;
@@ -25,6 +25,8 @@ pub struct Asker {
     pub waited_s: f64,
     /// How urgent its need is ([`priority`](super::priority)); more is more urgent.
     pub urgency: f64,
+    /// Whether its battery is about to be empty (Access eq. 5): then another robot's charge may be cut short.
+    pub is_critical: bool,
     /// How far it gets, in cells (d_l, eq. 6), by its mean consumption.
     pub reach: f64,
     /// How far it gets almost surely, in cells: by the upper end of what it was seen to consume, with a
@@ -41,8 +43,22 @@ pub struct Offer {
     pub candidate: Candidate,
     /// Whether it is occupied and promised to nobody, so that it could be this robot's next.
     pub next_is_open: bool,
+    /// Who is charged there, if that can be cut short.
+    pub holder: Option<Holder>,
     /// What it would cost the robot in time; none if no way leads there.
     pub times: Option<Times>,
+}
+
+/// A robot whose charge can be cut short: it has been charged for a while, and has enough to do its next
+/// task and to reach a pile after that.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Holder {
+    /// Which robot.
+    pub robot: RobotId,
+    /// How important its next task is.
+    pub priority: TaskPriority,
+    /// What its battery holds, as a share of a full one.
+    pub share: f64,
 }
 
 /// The parts of the time that a charge keeps a robot from its work, in seconds.

@@ -14,7 +14,7 @@
 
 use protocol::{
     Activity, Assignment, ChargeRequest, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, PileId,
-    RequestId, RobotState, limits,
+    RequestId, RobotState, TaskPriority, limits,
 };
 
 use super::{
@@ -286,7 +286,13 @@ impl Robot {
             && now >= *ask_at
         {
             *ask_at = now.after(limits::REPEAT_INTERVAL);
-            messages.push(Message::ChargeRequest(ChargeRequest { request: self.request, position, energy }));
+            messages.push(Message::ChargeRequest(ChargeRequest {
+                request: self.request,
+                position,
+                energy,
+                task: None,
+                priority: TaskPriority::USUAL,
+            }));
         }
     }
 }

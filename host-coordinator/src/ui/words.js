@@ -25,6 +25,7 @@ const STAGES = {
   nearest: "the nearest free pile",
   together: "the least time away from work for all robots that wait",
   later: "it is best to wait for a pile that is still occupied",
+  preempting: "the robot is critical: another's charge is cut short",
   none: "no usable pile is within reach",
 };
 

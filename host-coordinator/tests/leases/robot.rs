@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use host_coordinator::config::RobotConfig;
 use protocol::{
     Activity, Assignment, ChargeRequest, EnergyJ, Epoch, Hello, Message, PileId, Position, RequestId,
-    RobotState, Session, Sessions,
+    RobotState, Session, Sessions, TaskPriority,
 };
 
 const SPEED_MPS: f64 = 2.0;
@@ -63,7 +63,13 @@ impl Robot {
         let mut messages: Vec<_> = hello.into_iter().collect();
         messages.push(Message::RobotState(RobotState { position, energy, activity, accepted }));
         if self.mode == Mode::Waiting {
-            messages.push(Message::ChargeRequest(ChargeRequest { request: self.request, position, energy }));
+            messages.push(Message::ChargeRequest(ChargeRequest {
+                request: self.request,
+                position,
+                energy,
+                task: None,
+                priority: TaskPriority::USUAL,
+            }));
         }
         messages
     }

@@ -112,7 +112,16 @@ async fn the_state_has_the_promised_form() {
     assert_eq!(keys(&chosen.unwrap()["times"]), ["back_s", "charge_s", "doors_s", "drive_s", "free_in_s"]);
     assert_eq!(
         keys(&state["totals"]),
-        ["charges_completed", "energy_j", "mean_wait_s", "requests", "stranded", "waiting", "worst_wait_s"]
+        [
+            "charges_completed",
+            "energy_j",
+            "mean_wait_s",
+            "preempted",
+            "requests",
+            "stranded",
+            "waiting",
+            "worst_wait_s"
+        ]
     );
     let (status, page) = get(http(&daemon), "/").await;
     assert!(status.ends_with("200 OK") && page.contains("<html"), "{status}");

@@ -19,7 +19,7 @@ use host_coordinator::{config::RobotConfig, daemon::SiteClock, keys::Keys, site:
 use protocol::{
     Activity, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Epoch, Frame, FrameError,
     Hello, LeaseId, Message, Millis, PileId, Position, Recipient, RequestId, RobotId, RobotState, SealError,
-    Session, Sessions, SiteMillis, TagId,
+    Session, Sessions, SiteMillis, TagId, TaskPriority,
 };
 
 /// What every robot of this world is like.
@@ -275,7 +275,13 @@ impl Robot {
         let state = RobotState { position, energy, activity, accepted };
         send(&self.socket, &mut self.sessions, &Message::RobotState(state));
         if activity == Activity::Waiting {
-            let request = ChargeRequest { request: self.request, position, energy };
+            let request = ChargeRequest {
+                request: self.request,
+                position,
+                energy,
+                task: None,
+                priority: TaskPriority::USUAL,
+            };
             send(&self.socket, &mut self.sessions, &Message::ChargeRequest(request));
         }
     }

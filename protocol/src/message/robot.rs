@@ -4,9 +4,9 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    ids::{PileId, RequestId},
+    ids::{PileId, RequestId, TaskId},
     limits,
-    units::{CoordinateM, EnergyJ},
+    units::{CoordinateM, EnergyJ, TaskPriority},
 };
 
 /// A point of the site's map.
@@ -50,7 +50,7 @@ pub enum Activity {
     Stranded,
 }
 
-/// A robot asks for a pile; repeated until answered.
+/// A robot asks for a pile; repeated until answered (Access eq. 6's Psi).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ChargeRequest {
@@ -58,8 +58,12 @@ pub struct ChargeRequest {
     pub request: RequestId,
     /// Where it is.
     pub position: Position,
-    /// What its battery holds (g_real).
+    /// What its battery holds (g_real; P_rbp).
     pub energy: EnergyJ,
+    /// What it will work on after its charge, if it knows.
+    pub task: Option<TaskId>,
+    /// How important that is (T_tp).
+    pub priority: TaskPriority,
 }
 
 /// Sends a robot to a pile. A route that does not fit one frame comes in several, which carry

@@ -73,7 +73,13 @@ pub fn messages() -> [(Message, &'static str, usize); 30] {
             activity: Activity::Stranded,
             accepted: Some(request),
         }),
-        ChargeRequest(ChargeRequest { request, position: POSITION, energy: EnergyJ::MAX }),
+        ChargeRequest(ChargeRequest {
+            request,
+            position: POSITION,
+            energy: EnergyJ::MAX,
+            task: Some(TaskId(u16::MAX)),
+            priority: TaskPriority::MAX,
+        }),
         Assignment(Assignment {
             request,
             pile: PileId(u16::MAX),

@@ -306,9 +306,12 @@ fn site() -> impl Strategy<Value = Message> {
                 accepted
             })
         ),
-        (request(), position(), energy()).prop_map(|(request, position, energy)| {
-            Message::ChargeRequest(ChargeRequest { request, position, energy })
-        }),
+        (request(), position(), energy(), option::of(any::<u16>().prop_map(TaskId)), 0u8..=10).prop_map(
+            |(request, position, energy, task, priority)| {
+                let priority = TaskPriority::new(priority).unwrap();
+                Message::ChargeRequest(ChargeRequest { request, position, energy, task, priority })
+            }
+        ),
         (request(), pile(), any::<(u16, u16)>(), some(position())).prop_map(
             |(request, pile, (total, first), waypoints)| Message::Assignment(Assignment {
                 request,

@@ -446,10 +446,16 @@ fn site() -> [(Message, &'static str); 18] {
             }),
             "0B | 00004841 000010C0 | 00007A44 | 00 | 00",
         ),
-        // request | x, y | energy
+        // request | x, y | energy | task | priority
         (
-            Message::ChargeRequest(ChargeRequest { request, position: position(), energy: energy() }),
-            "0C | C0843D | 00004841 000010C0 | 00007A44",
+            Message::ChargeRequest(ChargeRequest {
+                request,
+                position: position(),
+                energy: energy(),
+                task: Some(TaskId(300)),
+                priority: TaskPriority::MAX,
+            }),
+            "0C | C0843D | 00004841 000010C0 | 00007A44 | 01 AC02 | 0A",
         ),
         // request | pile | total | first | two waypoints: x, y
         (

@@ -16,7 +16,7 @@ use host_coordinator::site::Site;
 use host_coordinator::store::Store;
 use protocol::{
     Activity, Assignment, BootEpoch, ChargeRequest, Deframer, DeviceId, DurationMs, EnergyJ, Message, PileId,
-    Position, Recipient, RequestId, RobotId, RobotState, Sessions,
+    Position, Recipient, RequestId, RobotId, RobotState, Sessions, TaskPriority,
 };
 use tempfile::TempDir;
 use tests::emulator::{Emulator, Serial};
@@ -174,7 +174,13 @@ impl Robot {
     fn ask(&mut self) {
         self.does(Activity::Waiting);
         let RobotState { position, energy, .. } = self.state;
-        self.say(Message::ChargeRequest(ChargeRequest { request: RequestId(1), position, energy }));
+        self.say(Message::ChargeRequest(ChargeRequest {
+            request: RequestId(1),
+            position,
+            energy,
+            task: None,
+            priority: TaskPriority::USUAL,
+        }));
     }
 
     fn does(&mut self, activity: Activity) {

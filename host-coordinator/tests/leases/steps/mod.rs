@@ -1,6 +1,7 @@
 //! Single steps of the core: what a message means, and what follows from it.
 
 mod piles;
+mod preemption;
 mod restarts;
 mod robots;
 
@@ -30,6 +31,10 @@ struct Desk {
     now: SiteMillis,
     sequence: u32,
     boot: BootEpoch,
+    /// How long the charges that piles report have lasted.
+    elapsed: DurationMs,
+    /// What the robots that ask will do next.
+    task: Option<TaskId>,
 }
 
 impl Desk {
@@ -60,6 +65,8 @@ impl Desk {
             now: SiteMillis(1_000_000),
             sequence: 0,
             boot: BootEpoch(1),
+            elapsed: DurationMs(0),
+            task: None,
         };
         desk.step(Input::Started { boot_floor: BootEpoch(0) });
         desk
@@ -121,10 +128,9 @@ impl Desk {
             stamp: None,
             availability,
             remaining: Fraction::new(remaining).unwrap(),
-            planned: DurationMs(0),
+            planned: DurationMs(10 * self.elapsed.0),
         };
-        let elapsed = DurationMs(0);
-        let state = PileState { row, elapsed, holder, energised: false, ended };
+        let state = PileState { row, elapsed: self.elapsed, holder, energised: false, ended };
         self.hear(DeviceId::Pile(pile), Message::PileState(state));
     }
 
@@ -151,7 +157,13 @@ impl Desk {
 
     fn ask_from(&mut self, robot: RobotId, request: u32, position: Position, energy: f32) {
         let energy = EnergyJ::new(energy).unwrap();
-        let asked = ChargeRequest { request: RequestId(request), position, energy };
+        let asked = ChargeRequest {
+            request: RequestId(request),
+            position,
+            energy,
+            task: self.task,
+            priority: TaskPriority::USUAL,
+        };
         self.hear(DeviceId::Robot(robot), Message::ChargeRequest(asked));
     }
 
@@ -196,7 +208,11 @@ impl Desk {
 
     /// A robot with the lease on the pile where it stands.
     fn granted() -> (Self, LeaseRef) {
-        let mut desk = Self::new();
+        Self::granted_for(None)
+    }
+
+    fn granted_for(task: Option<TaskId>) -> (Self, LeaseRef) {
+        let mut desk = Self { task, ..Self::new() };
         desk.pile_says(P, Availability::Free, None);
         desk.robot_is(ROBOT, Activity::Waiting, None);
         desk.ask(ROBOT, 1);
