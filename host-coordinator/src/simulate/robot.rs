@@ -14,14 +14,14 @@
 
 use protocol::{
     Activity, Assignment, ChargeRequest, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, PileId,
-    RequestId, RobotState, TaskPriority, limits,
+    RequestId, RobotState, limits,
 };
 
 use super::{
     ground::{KEEP_CLEAR_M, Point, Route},
     navigator::Navigator,
     parts::Parts,
-    tasks::Task,
+    tasks::{Runs, Task},
     world::{CONTACT_M, Sensed},
 };
 
@@ -81,8 +81,11 @@ pub struct Robot {
     /// The energy at which it asks (LMPP eq. 3), in joules.
     alert_j: f64,
     mode: Mode,
-    /// What it works at, or worked at last.
+    /// What it works at, or worked at last and will go on with after its charge.
     task: Task,
+    /// What its battery held when the task began, in joules; none if there was a charge since.
+    begun_j: Option<f64>,
+    runs: Runs,
     /// Its newest request.
     request: RequestId,
     /// The parts of an assignment that are here so far.
@@ -99,6 +102,8 @@ impl Robot {
     pub fn new(mut navigator: Navigator, alert_j: f64) -> Self {
         Self {
             task: navigator.task(),
+            begun_j: None,
+            runs: Runs::default(),
             navigator,
             alert_j,
             mode: Mode::Working { until: None },
@@ -228,12 +233,16 @@ impl Robot {
             Mode::Working { .. } if sensed.energy_j <= self.alert_j => {
                 self.request.0 = self.request.0.wrapping_add(1);
                 self.parts = None;
+                self.begun_j = None;
                 Mode::Waiting { ask_at: now }
             }
             Mode::Working { until: None } if sensed.arrived => {
                 Mode::Working { until: Some(now.after(self.navigator.time_at_work(self.task))) }
             }
-            Mode::Working { until: Some(until) } if now >= until => self.go_to_work(sensed, outputs),
+            Mode::Working { until: Some(until) } if now >= until => {
+                self.end_task(sensed, outputs);
+                self.go_to_work(sensed, outputs)
+            }
             Mode::Approaching(dock) if sensed.arrived && sensed.position.distance_m(dock.at) < CONTACT_M => {
                 Mode::Docked { dock, charge: Charge::Expected { since: now } }
             }
@@ -252,8 +261,17 @@ impl Robot {
 
     fn go_to_work(&mut self, sensed: &Sensed, outputs: &mut Outputs) -> Mode {
         outputs.route = self.navigator.route_to_work(sensed.position);
-        self.task = self.navigator.task();
         Mode::Working { until: None }
+    }
+
+    /// Tells what the task took, unless a charge came between, and begins the next.
+    fn end_task(&mut self, sensed: &Sensed, outputs: &mut Outputs) {
+        if let Some(begun_j) = self.begun_j {
+            let run = self.runs.add(self.task, begun_j - sensed.energy_j);
+            outputs.messages.push(Message::TaskEnergy(run));
+        }
+        self.task = self.navigator.task();
+        self.begun_j = Some(sensed.energy_j);
     }
 
     fn moving(&self, sensed: &Sensed) -> bool {
@@ -290,8 +308,8 @@ impl Robot {
                 request: self.request,
                 position,
                 energy,
-                task: None,
-                priority: TaskPriority::USUAL,
+                task: Some(self.task.id()),
+                priority: self.task.priority(),
             }));
         }
     }

@@ -201,3 +201,31 @@ fn a_robot_without_energy_has_stranded_and_says_so_once_a_second() {
     );
     assert_eq!(said.count(), 10);
 }
+
+#[test]
+fn it_tells_what_a_whole_run_of_a_task_took_and_names_the_task_it_goes_on_with() {
+    let mut rig = Rig::new();
+    let mut told = Vec::new();
+    for _ in 0..4 {
+        rig.sensed.arrived = true;
+        rig.after(100, &[]);
+        rig.sensed.energy_j -= 300.0;
+        let outputs = rig.after(100_000, &[]);
+        told.extend(outputs.messages.into_iter().filter_map(|message| match message {
+            Message::TaskEnergy(run) => Some(run),
+            _ => None,
+        }));
+    }
+    let all: Vec<f32> = told.iter().map(|run| run.last.get()).collect();
+    assert_eq!(all, [300.0; 3], "the first run had begun before anybody looked");
+    assert!(told.iter().all(|run| run.mean.get() == 300.0 && run.runs >= 1));
+
+    let task = rig.robot.task();
+    rig.sensed.energy_j = ALERT_J;
+    let outputs = rig.after(100, &[]);
+    let asked = outputs.messages.iter().find_map(|message| match message {
+        Message::ChargeRequest(asked) => Some((asked.task, asked.priority)),
+        _ => None,
+    });
+    assert_eq!(asked, Some((Some(task.id()), task.priority())));
+}

@@ -1,6 +1,8 @@
 //! What robots work at: the kinds of tasks of Access's Table 1.
 
-use protocol::DurationMs;
+use std::collections::BTreeMap;
+
+use protocol::{DurationMs, EnergyJ, TaskEnergy, TaskId, TaskPriority};
 
 use super::random::Random;
 
@@ -28,16 +30,29 @@ impl Task {
         random.choose(&Self::ALL).copied().unwrap_or(Self::Other)
     }
 
-    /// How much it matters, 1 to 10 (T_tp of Access eq. 4, from Table 1).
+    /// Its number in messages.
     #[must_use]
-    pub const fn priority(self) -> u8 {
-        match self {
+    pub const fn id(self) -> TaskId {
+        TaskId(match self {
+            Self::Patrolling => 1,
+            Self::Delivery => 2,
+            Self::Cleaning => 3,
+            Self::Escort => 4,
+            Self::Other => 5,
+        })
+    }
+
+    /// How much it matters (T_tp of Access eq. 4, from Table 1).
+    #[must_use]
+    pub fn priority(self) -> TaskPriority {
+        let priority = match self {
             Self::Patrolling => 10,
             Self::Delivery => 8,
             Self::Cleaning => 3,
             Self::Escort => 9,
-            Self::Other => 5,
-        }
+            Self::Other => return TaskPriority::USUAL,
+        };
+        TaskPriority::new(priority).unwrap_or_default()
     }
 
     /// What it takes at its place on top of what a robot takes all the time, in watts.
@@ -61,5 +76,28 @@ impl Task {
             Self::Other => (5.0, 60.0),
         };
         DurationMs::from_seconds(random.between(least_s, most_s) as f32)
+    }
+}
+
+/// What a robot's runs of its tasks took from its battery, as it keeps account of them (Access eqs. 1, 2).
+#[derive(Clone, Debug, Default)]
+pub struct Runs {
+    /// How many, and what they took together, in joules.
+    done: BTreeMap<TaskId, (u32, f64)>,
+}
+
+impl Runs {
+    /// A run is over that took so much; what is to be told of it.
+    pub fn add(&mut self, task: Task, taken_j: f64) -> TaskEnergy {
+        let (runs, sum_j) = self.done.entry(task.id()).or_default();
+        *runs = runs.saturating_add(1);
+        *sum_j += taken_j;
+        let energy = |joules: f64| EnergyJ::clamped(joules as f32);
+        TaskEnergy {
+            task: task.id(),
+            runs: *runs,
+            last: energy(taken_j),
+            mean: energy(*sum_j / f64::from(*runs)),
+        }
     }
 }
