@@ -412,11 +412,12 @@ impl State {
             command: None,
         };
         let lease = record.lease.get_or_insert(unknown);
+        let again = matches!(lease.phase, Phase::Revoking { .. });
         *lease = Lease { name, phase: Phase::Revoking { why }, command: Some(command), ..*lease };
         match why {
             RevokeReason::Abandoned => self.close_at(name.robot, pile),
             RevokeReason::Preempted => {
-                self.totals.preempted = self.totals.preempted.saturating_add(1);
+                self.totals.preempted = self.totals.preempted.saturating_add((!again).into());
                 self.close_at(name.robot, pile);
             }
             RevokeReason::Stranded | RevokeReason::Unanswered | RevokeReason::Unknown => {

@@ -77,6 +77,11 @@ impl Office {
         self.coordinator.state().boot
     }
 
+    /// Charges that were cut short for a critical robot.
+    pub const fn preempted(&self) -> u64 {
+        self.shadow.totals.preempted
+    }
+
     /// Adds events to the log and to its fold.
     fn record(&mut self, events: Vec<Event>) {
         events.iter().for_each(|event| self.shadow.apply(event));

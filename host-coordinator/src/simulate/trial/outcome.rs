@@ -36,7 +36,7 @@ pub struct Tally {
     pub granted: u64,
     /// Charges given in full.
     pub completed: u64,
-    /// Charges ended for a robot that needs one more; nobody does that yet.
+    /// Charges that were cut short for a critical robot.
     pub preempted: u64,
     /// Broken promises about who holds a pile.
     pub double_grants: u64,

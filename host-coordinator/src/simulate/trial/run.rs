@@ -130,6 +130,7 @@ impl<'a> Run<'a> {
         self.count_open_waits();
         let mut tally = self.tally;
         tally.robots_ms = self.rovers.len() as u64 * self.now.0;
+        tally.preempted = self.office.preempted();
         let failure = self.breach.map(|breach| {
             match &breach {
                 breach if breach.is_double_grant() => tally.double_grants += 1,

@@ -46,6 +46,21 @@ fn a_critical_robot_gets_the_pile_of_one_that_has_enough() {
 }
 
 #[test]
+fn a_pile_that_has_to_be_told_again_preempts_once() {
+    let mut desk = makes_way(HOLD, 9_000.0, &[]);
+    let commands =
+        |desk: &Desk| desk.events.iter().filter(|event| matches!(event.fact, Fact::Revoked { .. })).count();
+    let (_, lease, _) = desk.last_command(P).unwrap();
+    for _ in 0..15 {
+        desk.wait(1_000);
+        desk.pile_reports(P, Availability::Charging, Some(lease), None, 0.5);
+        desk.robot_is(CRITICAL, Activity::Waiting, None);
+    }
+    assert!(commands(&desk) > 1, "its command ran out and was given anew");
+    assert_eq!(desk.state().totals.preempted, 1);
+}
+
+#[test]
 fn nobody_makes_way_who_has_just_come_or_could_not_do_its_task_and_return() {
     let refuses = |desk: &Desk| {
         assert!(matches!(desk.phase(P), Some(Phase::Held { .. })));
