@@ -77,11 +77,19 @@ pub struct Policy {
     pub q_threshold: f64,
     /// How long a lease lasts before it is extended.
     pub lease: DurationMs,
+    /// No more power than this is given to all piles together, in watts; `None` for no limit.
+    pub power_cap_w: Option<f64>,
 }
 
 impl Default for Policy {
     fn default() -> Self {
-        Self { choose: PolicyName::default(), theta: 1.0, q_threshold: 0.9, lease: DurationMs(60_000) }
+        Self {
+            choose: PolicyName::default(),
+            theta: 1.0,
+            q_threshold: 0.9,
+            lease: DurationMs(60_000),
+            power_cap_w: None,
+        }
     }
 }
 
@@ -184,6 +192,7 @@ fn policy(mut section: Section<'_>) -> Policy {
     let default = Policy::default();
     let lease_s = section.optional("lease_s", &number(5.0..=86_400.0));
     Policy {
+        power_cap_w: section.optional("power_cap_w", &number(1.0..=1.0e9)),
         choose: section.optional("choose", &parsed(NAMES)).unwrap_or(default.choose),
         theta: section.optional("theta", &number(0.0..=f64::INFINITY)).unwrap_or(default.theta),
         q_threshold: section.optional("q_threshold", &number(0.0..=1.0)).unwrap_or(default.q_threshold),

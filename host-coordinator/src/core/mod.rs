@@ -14,6 +14,7 @@
 //! | [`profile`] | what a robot's tasks take from its battery |
 //! | [`observed`] | what was heard since the start |
 //! | [`coordinator`] | the step: who is heard and what it means |
+//! | `power` | all piles together are given no more than the facility has |
 //! | `turn` | a step in the making, and whom it concerns |
 //! | `grants` | leases: granted, extended, taken back, ended |
 //! | `queue` | robots that ask: who waits, who is given which pile, what they are told |
@@ -28,6 +29,7 @@ pub mod decision;
 pub mod event;
 mod grants;
 pub mod observed;
+mod power;
 pub mod profile;
 mod queue;
 pub mod routes;

@@ -83,7 +83,8 @@ impl Coordinator {
         let waiting: Vec<_> = waiting.into_iter().filter(can_come).collect();
         let situation = self.situation(turn, &waiting);
         let choices = self.chooser.choose(&situation);
-        for (asker, choice) in situation.askers.iter().zip(choices) {
+        for (asker, mut choice) in situation.askers.iter().zip(choices) {
+            self.keep_within_power(&mut choice, turn.now);
             self.follow(turn, asker, &choice);
         }
     }

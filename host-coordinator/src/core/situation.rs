@@ -86,7 +86,10 @@ impl Coordinator {
         let way = seen.ways.get(&pile.id).copied();
         let candidate = Candidate {
             pile: pile.id,
-            availability: self.availability(pile.id, now),
+            availability: self.availability(pile.id, now).map(|availability| match availability {
+                Availability::Free if !self.has_power_for(pile.id, now) => Availability::Reserved,
+                availability => availability,
+            }),
             remaining: report.map_or(0.0, |report| report.row.remaining.get().into()),
             distance: way.map(|way| way.length),
             probability: self.state.pass_frequency(config.id, period, pile.id),

@@ -137,6 +137,10 @@ pub struct TotalsView {
     pub requests: u64,
     /// Charges that were given in full.
     pub charges_completed: u64,
+    /// The power of all piles that draw any, or may, in watts.
+    pub granted_w: f64,
+    /// No more is given, if there is a cap.
+    pub power_cap_w: Option<f64>,
     /// Charges that were cut short for a critical robot.
     pub preempted: u64,
     /// What all charges gave, as the piles measured it, in joules.
@@ -191,7 +195,7 @@ impl Coordinator {
             robots: self.robots.values().map(|robot| self.robot_view(robot, now)).collect(),
             decisions: self.state.decisions.iter().cloned().collect(),
             charges: self.state.charges.iter().map(ChargeView::new).collect(),
-            totals: self.totals_view(),
+            totals: self.totals_view(now),
         }
     }
 
@@ -255,7 +259,7 @@ impl Coordinator {
         }
     }
 
-    fn totals_view(&self) -> TotalsView {
+    fn totals_view(&self, now: SiteMillis) -> TotalsView {
         let totals = &self.state.totals;
         let seconds = |millis: u64| millis as f64 / 1000.0;
         let mean = if totals.served == 0 { 0.0 } else { seconds(totals.waited_ms) / totals.served as f64 };
@@ -264,6 +268,8 @@ impl Coordinator {
             requests: totals.requests,
             charges_completed: totals.charges_completed,
             preempted: totals.preempted,
+            granted_w: self.granted_w(now),
+            power_cap_w: self.policy.power_cap_w,
             energy_j: totals.energy_j,
             mean_wait_s: mean,
             worst_wait_s: seconds(totals.worst_wait.0.into()),

@@ -147,6 +147,7 @@ impl Explanation {
                 Some("if it were free".to_owned())
             }
             Verdict::Given { to } => Some(format!("if robot {to} did not wait, or came later")),
+            Verdict::NoPower => Some("if another pile drew no power".to_owned()),
             Verdict::Unknown => Some("if it could be heard".to_owned()),
             Verdict::Taken(Availability::Fault) => Some("if it were mended".to_owned()),
             Verdict::Chosen
@@ -220,6 +221,8 @@ pub enum Verdict {
     },
     /// It is neither free nor charging.
     Taken(Availability),
+    /// It is free, and the facility has no power left for it.
+    NoPower,
     /// It was silent for too long.
     Unknown,
 }
@@ -245,6 +248,7 @@ impl Verdict {
             Self::Taken(Availability::Done) => "done",
             Self::Taken(Availability::Fault) => "fault",
             Self::Taken(Availability::Free | Availability::Charging) => "taken",
+            Self::NoPower => "no_power",
             Self::Unknown => "unknown",
         }
     }
@@ -282,6 +286,7 @@ impl fmt::Display for Verdict {
             Self::Taken(Availability::Done) => f.write_str("a charged robot still stands there"),
             Self::Taken(Availability::Fault) => f.write_str("out of order"),
             Self::Taken(Availability::Free | Availability::Charging) => f.write_str("taken"),
+            Self::NoPower => f.write_str("free, and the facility has no power left for it"),
             Self::Unknown => f.write_str("silent for too long, so its state is unknown"),
         }
     }

@@ -72,10 +72,15 @@ pub struct BoxSite {
 
 impl BoxSite {
     pub fn new(seed: u64, robots: u16, piles: usize) -> Self {
+        Self::with_power_cap(seed, robots, piles, None)
+    }
+
+    /// All piles together may take no more than `power_cap_w` watts.
+    pub fn with_power_cap(seed: u64, robots: u16, piles: usize, power_cap_w: Option<f64>) -> Self {
         let mut site = Site::fig7().unwrap();
         site.piles.truncate(piles);
         let site = Arc::new(site);
-        let policy = Policy { lease: DurationMs(20_000), ..Policy::default() };
+        let policy = Policy { lease: DurationMs(20_000), power_cap_w, ..Policy::default() };
         let mut random = Random::new(seed);
         let free: Vec<_> = site.grid.free_cells().collect();
         let robots: BTreeMap<_, _> = (1..=robots)

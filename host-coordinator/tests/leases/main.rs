@@ -63,3 +63,24 @@ fn whatever_is_lost_repeated_late_or_crashes_there_are_never_two_holders() {
         site.crash();
     }
 }
+
+#[test]
+fn all_piles_together_are_never_given_more_power_than_the_facility_has() {
+    for seed in 0..4 {
+        let mut site = BoxSite::with_power_cap(seed, 8, 5, Some(1_300.0));
+        site.trouble = Trouble {
+            line: Line { lost: 100, repeated: 100, delay_ms: 500, ..Line::default() },
+            crash: 1,
+            ..Trouble::default()
+        };
+        let mut most = 0;
+        for _ in 0..20 * 60 {
+            site.run(1_000);
+            let held = site.piles.values().filter(|board| board.core.leases().current().is_some()).count();
+            most = most.max(held);
+        }
+        // Of 500 W each.
+        assert_eq!(most, 2, "seed {seed}: leases that were held at a time");
+        assert!(site.coordinator.state().totals.charges_completed > 5, "seed {seed}");
+    }
+}

@@ -115,7 +115,9 @@ async fn the_state_has_the_promised_form() {
         [
             "charges_completed",
             "energy_j",
+            "granted_w",
             "mean_wait_s",
+            "power_cap_w",
             "preempted",
             "requests",
             "stranded",

@@ -1,0 +1,48 @@
+//! The facility's power: all piles together are never given more than it has.
+//!
+//! A pile counts with its whole power from the grant of a lease until the lease is over for sure, and
+//! while it is promised to a robot that comes next, so that a promise never lacks power. A pile that reports
+//! a holder that is in no log counts too, and after a start every pile that was not heard yet, for as long as
+//! a device may be silent.
+
+use protocol::{Availability, PileId, SiteMillis, limits};
+
+use super::coordinator::Coordinator;
+use crate::selection::{Choice, Stage, Verdict};
+
+impl Coordinator {
+    /// The power of all piles that draw any, or may, in watts.
+    pub(super) fn granted_w(&self, now: SiteMillis) -> f64 {
+        let draw = self.site.piles.iter().filter(|pile| self.may_draw(pile.id, now));
+        draw.map(|pile| f64::from(pile.power_w)).sum()
+    }
+
+    /// Whether the site has the power for a pile that draws none yet.
+    pub(super) fn has_power_for(&self, pile: PileId, now: SiteMillis) -> bool {
+        let (Some(cap_w), Some(pile)) = (self.policy.power_cap_w, self.site.pile(pile)) else { return true };
+        self.may_draw(pile.id, now) || self.granted_w(now) + f64::from(pile.power_w) <= cap_w
+    }
+
+    fn may_draw(&self, pile: PileId, now: SiteMillis) -> bool {
+        let record = self.state.piles.get(&pile);
+        let booked = record.is_some_and(|record| record.lease.is_some() || record.next.is_some());
+        let report = self.observed.piles.get(&pile).and_then(|seen| seen.report);
+        let unknown = || now.since(self.observed.started) <= limits::SILENCE;
+        booked || report.map_or_else(unknown, |report| report.energised || report.holder.is_some())
+    }
+
+    /// Takes a choice back for which others have taken the power in the meantime, and says so of every pile
+    /// that lacks nothing else.
+    pub(super) fn keep_within_power(&self, choice: &mut Choice, now: SiteMillis) {
+        let lacks =
+            |pile| self.availability(pile, now) == Some(Availability::Free) && !self.has_power_for(pile, now);
+        if choice.chosen.is_some_and(lacks) {
+            (choice.chosen, choice.stage) = (None, Stage::None);
+        }
+        for row in &mut choice.explanations {
+            if lacks(row.pile) && matches!(row.verdict, Verdict::Chosen | Verdict::Taken(_)) {
+                row.verdict = Verdict::NoPower;
+            }
+        }
+    }
+}
