@@ -2,7 +2,7 @@
 //!
 //! None of this is in the event log. The world repeats it within seconds of a restart.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use planning::grid::Cell;
 use protocol::{
@@ -98,7 +98,7 @@ pub struct SeenRobot {
     /// The route of its assignment.
     pub route: Option<Route>,
     /// Its ways to all piles from the cell where it was when they were last wanted.
-    pub ways: Option<(Cell, Ways)>,
+    pub ways: Option<(Cell, Arc<Ways>)>,
     /// What it was seen to take for a metre.
     pub consumption: Consumption,
 }

@@ -1,5 +1,7 @@
 //! What is known of all robots that wait, as the policies take it.
 
+use std::sync::Arc;
+
 use firmware_pile::charge;
 use protocol::{Availability, DurationMs, EnergyJ, PileId, Position, RobotId, SiteMillis};
 
@@ -23,26 +25,37 @@ const UNKNOWN_TASK: f64 = 0.3;
 /// A robot surely takes no more than its mean consumption and so many times the spread of it.
 const SPREADS: f64 = 2.0;
 
+/// What a pile is to all robots alike.
+struct Seat {
+    availability: Option<Availability>,
+    /// The share of its charge still ahead.
+    remaining: f64,
+    /// When it is free, in seconds from now; none if nobody knows.
+    free_in_s: Option<f64>,
+    next_is_open: bool,
+    holder: Option<Holder>,
+}
+
 /// A robot that waits, as it was heard last.
 struct Seen<'a> {
     config: &'a RobotConfig,
     energy: EnergyJ,
     /// What a metre takes, in joules.
     per_metre_j: f64,
-    ways: Ways,
+    ways: Arc<Ways>,
 }
 
 impl Coordinator {
     /// The situation of the robots in `waiting`.
     pub(super) fn situation(&mut self, turn: &mut Turn, waiting: &[(RobotId, Request)]) -> Situation {
-        let free_in_s: Vec<_> = self.site.piles.iter().map(|pile| self.free_in_s(pile, turn.now)).collect();
+        let seats: Vec<_> = self.site.piles.iter().map(|pile| self.seat(pile, turn.now)).collect();
         let mut askers = Vec::with_capacity(waiting.len());
         for (robot, request) in waiting {
             let Some(config) = self.robots.get(robot).copied() else { continue };
             let seen = self.observed.robots.get(robot).and_then(|seen| seen.last);
             let Some((position, energy)) = seen else { continue };
             let ways = self.ways(turn, *robot, position);
-            askers.push(self.asker(turn.now, &config, request, energy, ways, &free_in_s));
+            askers.push(self.asker(turn.now, &config, request, energy, ways, &seats));
         }
         Situation { askers }
     }
@@ -53,8 +66,8 @@ impl Coordinator {
         config: &RobotConfig,
         request: &Request,
         energy: EnergyJ,
-        ways: Ways,
-        free_in_s: &[Option<f64>],
+        ways: Arc<Ways>,
+        seats: &[Seat],
     ) -> Asker {
         let consumption = self.observed.robots.get(&config.id).map(|seen| seen.consumption);
         let (per_metre_j, spread_j) = consumption.unwrap_or_default().estimate(config.energy_per_metre_j);
@@ -64,7 +77,7 @@ impl Coordinator {
         let waited_s = now.since(request.asked_at).0 as f64 / 1000.0;
         let share = f64::from(energy.get()) / full_j;
         let seen = Seen { config, energy, per_metre_j, ways };
-        let piles = self.site.piles.iter().zip(free_in_s);
+        let piles = self.site.piles.iter().zip(seats);
         Asker {
             robot: config.id,
             asked_at: request.asked_at,
@@ -73,28 +86,24 @@ impl Coordinator {
             is_critical: priority::score(share, request.priority).is_none(),
             reach: cells(energy, per_metre_j),
             sure_reach: cells(spare, per_metre_j + SPREADS * spread_j),
-            offers: piles.map(|(pile, free_in_s)| self.offer(now, &seen, pile, *free_in_s)).collect(),
+            offers: piles.map(|(pile, seat)| self.offer(now, &seen, pile, seat)).collect(),
         }
     }
 
-    fn offer(&self, now: SiteMillis, seen: &Seen<'_>, pile: &SitePile, free_in_s: Option<f64>) -> Offer {
+    fn offer(&self, now: SiteMillis, seen: &Seen<'_>, pile: &SitePile, seat: &Seat) -> Offer {
         let config = seen.config;
         let lacking = EnergyJ::clamped(config.full.get() - seen.energy.get());
         let planned = charge::planned_time([lacking], pile.power_w, PILE.eta);
         let period = activity::period(now, planned, PILE.period, PILE.periods);
-        let report = self.observed.report(pile.id, now);
         let way = seen.ways.get(&pile.id).copied();
         let candidate = Candidate {
             pile: pile.id,
-            availability: self.availability(pile.id, now).map(|availability| match availability {
-                Availability::Free if !self.has_power_for(pile.id, now) => Availability::Reserved,
-                availability => availability,
-            }),
-            remaining: report.map_or(0.0, |report| report.row.remaining.get().into()),
+            availability: seat.availability,
+            remaining: seat.remaining,
             distance: way.map(|way| way.length),
             probability: self.state.pass_frequency(config.id, period, pile.id),
         };
-        let times = way.zip(free_in_s).map(|(way, free_in_s)| {
+        let times = way.zip(seat.free_in_s).map(|(way, free_in_s)| {
             let drive_s = self.drive_s(config, way.length);
             let drive_j = way.length * self.site.resolution_m * seen.per_metre_j;
             let lacking = EnergyJ::clamped((f64::from(lacking.get()) + drive_j) as f32);
@@ -109,8 +118,22 @@ impl Coordinator {
                 back_s: self.drive_s(config, back),
             }
         });
-        let (next_is_open, holder) = (self.next_is_open(pile.id, now), self.holder(pile, now));
-        Offer { candidate, next_is_open, holder, times }
+        Offer { candidate, next_is_open: seat.next_is_open, holder: seat.holder, times }
+    }
+
+    fn seat(&self, pile: &SitePile, now: SiteMillis) -> Seat {
+        let availability = self.availability(pile.id, now).map(|availability| match availability {
+            Availability::Free if !self.has_power_for(pile.id, now) => Availability::Reserved,
+            availability => availability,
+        });
+        let report = self.observed.report(pile.id, now);
+        Seat {
+            availability,
+            remaining: report.map_or(0.0, |report| report.row.remaining.get().into()),
+            free_in_s: self.free_in_s(pile, now),
+            next_is_open: self.next_is_open(pile.id, now),
+            holder: self.holder(pile, now),
+        }
     }
 
     /// The robot that a pile charges, if its charge can be cut short for another.
@@ -192,20 +215,20 @@ impl Coordinator {
     }
 
     /// A robot's ways to all piles; none from a place where no robot can be.
-    fn ways(&mut self, turn: &mut Turn, robot: RobotId, position: Position) -> Ways {
+    fn ways(&mut self, turn: &mut Turn, robot: RobotId, position: Position) -> Arc<Ways> {
         let Some(cell) = self.site.cell_of(position).filter(|cell| self.site.grid.is_free(*cell)) else {
             turn.warn(format!(
                 "robot {robot} says that it stands in a wall or outside the map, where no way begins: \
                  is its localisation lost?"
             ));
-            return Ways::new();
+            return Arc::default();
         };
         let known = self.observed.robots.get(&robot).and_then(|seen| seen.ways.clone());
         if let Some((_, ways)) = known.filter(|(of, _)| *of == cell) {
             return ways;
         }
-        let ways = self.routes.ways(cell);
-        self.observed.robots.entry(robot).or_default().ways = Some((cell, ways.clone()));
+        let ways = Arc::new(self.routes.ways(cell));
+        self.observed.robots.entry(robot).or_default().ways = Some((cell, Arc::clone(&ways)));
         ways
     }
 }
