@@ -41,6 +41,8 @@ impl Coordinator {
         seen.left_work = seen.working_since.is_none() && seen.report.is_some();
         seen.working_since = seen.working_since.map(|_| turn.now);
         seen.told = None;
+        // A robot that started anew counts its requests anew too.
+        seen.route = None;
         self.record(turn, Fact::Asked { robot, boot, request, position, energy, task, priority });
         self.observed.queue_is_due = true;
     }

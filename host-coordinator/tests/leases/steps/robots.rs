@@ -177,3 +177,20 @@ fn a_robot_that_is_sent_to_its_pile_again_is_led_there_from_where_it_is_now() {
     desk.wait(1_000);
     assert_eq!(desk.led_from(ROBOT), Some(near));
 }
+
+#[test]
+fn a_robot_that_started_anew_and_asks_under_the_same_number_is_led_from_where_it_is_now() {
+    let mut desk = Desk::new();
+    let (far, near) = (desk.beside(PileId(5)), desk.beside(PileId(6)));
+    desk.pile_says(P, Availability::Free, None);
+    desk.robot_at(ROBOT, far, Activity::Waiting, None);
+    desk.ask_from(ROBOT, 1, far, 5_000.0);
+    desk.ack(P);
+    assert_eq!(desk.led_from(ROBOT), Some(far));
+    desk.robot_at(ROBOT, far, Activity::Approaching, Some(1));
+    desk.sent.clear();
+    desk.boot = BootEpoch(2);
+    desk.robot_at(ROBOT, near, Activity::Waiting, None);
+    desk.ask_from(ROBOT, 1, near, 5_000.0);
+    assert_eq!(desk.led_from(ROBOT), Some(near));
+}
