@@ -158,6 +158,12 @@ impl Coordinator {
         &self.state
     }
 
+    /// What was heard since the start. With the durable state it is all that a step depends on.
+    #[must_use]
+    pub const fn observed(&self) -> &Observed {
+        &self.observed
+    }
+
     /// Whether the device belongs to the site or the fleet.
     #[must_use]
     pub fn knows(&self, device: DeviceId) -> bool {

@@ -375,7 +375,14 @@ impl State {
             place: old.place,
             ..new
         });
-        self.requests.insert(robot, kept.unwrap_or(new));
+        let place = self.found_with(robot).map_or(new.place, Place::Granted);
+        self.requests.insert(robot, kept.unwrap_or(Request { place, ..new }));
+    }
+
+    /// The pile on which a lease is wanted for a robot: one that has not asked here may have been found on it.
+    fn found_with(&self, robot: RobotId) -> Option<PileId> {
+        let is_for = |lease: &Lease| lease.name.robot == robot && lease.is_wanted();
+        self.piles.iter().find(|(_, record)| record.lease.as_ref().is_some_and(is_for)).map(|(pile, _)| *pile)
     }
 
     fn decide(&mut self, decision: &Decision) {
