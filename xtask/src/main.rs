@@ -83,6 +83,9 @@ enum Task {
     /// Simulates 10,000 seeds of an hour with all faults, 50 robots and 13 piles, and checks every promise:
     /// up to an hour.
     Soak,
+    /// Kills `chargehand run` 200 times under load over real sockets, and checks that it comes back with the
+    /// same leases: some minutes.
+    CrashLoop,
     /// Boots the pile's image in QEMU and shows its log.
     Emulate {
         /// Where USART1, the link to the coordinator, listens on this machine.
@@ -135,6 +138,7 @@ fn main() -> ExitCode {
         Task::Bench { what: Bench::Planning { maps, json } } => planning::bench(maps.as_deref(), json),
         Task::Fuzz { seconds, keep, json } => fuzz::run(seconds, keep, json),
         Task::Soak => soak::all().run(),
+        Task::CrashLoop => soak::crash_loop().run(),
         Task::Emulate { link, reader } => emulate(link, reader),
     };
     match result {

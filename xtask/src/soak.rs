@@ -1,4 +1,5 @@
-//! Simulated sites with all faults: `chargehand simulate` on many seeds.
+//! What takes too long for every day: simulated sites with all faults on many seeds, and a coordinator that is
+//! killed many times.
 
 use crate::command::{Command, cargo};
 
@@ -20,4 +21,9 @@ fn simulate(seeds: u32) -> Command {
         "--faults=all".to_owned(),
         format!("--seeds={seeds}"),
     ])
+}
+
+/// Kills the coordinator 200 times under load over real sockets: some minutes.
+pub fn crash_loop() -> Command {
+    cargo("bench --quiet --profile dev --package host-coordinator --bench crash_loop")
 }
