@@ -136,12 +136,15 @@ pub struct World {
     tables: Mutex<Tables>,
 }
 
+/// A pile by its number, when, whether its clock is late, and what happens to it.
+type PileStep = (u32, u8, bool, pile::Input);
+
 /// Everything that was met so far, by number.
 struct Tables {
     office: Office,
     piles: Interner<String, Pile>,
     messages: Interner<String, Message>,
-    pile_steps: HashMap<(u32, u8, bool, pile::Input), (u32, Vec<u32>)>,
+    pile_steps: HashMap<PileStep, (u32, Vec<u32>)>,
 }
 
 impl World {
