@@ -1,4 +1,5 @@
-//! What an image needs: instructions of its control ticks or its frames in QEMU, and memory.
+//! What an image needs: instructions of its control ticks or its frames in QEMU, and memory; and what the
+//! coordinator needs.
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -140,4 +141,10 @@ pub fn pile(json: bool) -> Result<(), Failure> {
         println!("{record}: {instructions} instructions to store");
     }
     Ok(())
+}
+
+/// Measures the coordinator on this machine.
+pub fn coordinator(json: bool) -> Result<(), Failure> {
+    let bench = cargo("bench --quiet --package host-coordinator --bench coordinator --");
+    if json { bench.args(["--json"]).run() } else { bench.run() }
 }

@@ -62,7 +62,8 @@ enum Task {
         /// Which.
         board: Board,
     },
-    /// Measures: what the chassis' control ticks or the pile's frames cost, or how long planning takes.
+    /// Measures: what the chassis' control ticks or the pile's frames cost, how many inputs the coordinator
+    /// takes, or how long planning takes.
     Bench {
         /// What.
         #[command(subcommand)]
@@ -111,6 +112,13 @@ enum Bench {
         #[arg(long)]
         json: bool,
     },
+    /// The coordinator: inputs its core takes in a second, and how long a robot waits for its pile through real
+    /// sockets and a synced log, with 500 robots and 200 piles: about a minute.
+    Coordinator {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
     /// Planners on maps with known optimal lengths, beside other crates: some minutes.
     Planning {
         /// A folder of maps (`.map`), each with its queries (`.map.scen` or `.scen`) beside it; the five in the
@@ -135,6 +143,7 @@ fn main() -> ExitCode {
         Task::Boot { board } => labwired::boot(board),
         Task::Bench { what: Bench::Chassis { json } } => bench::chassis(json),
         Task::Bench { what: Bench::Pile { json } } => bench::pile(json),
+        Task::Bench { what: Bench::Coordinator { json } } => bench::coordinator(json),
         Task::Bench { what: Bench::Planning { maps, json } } => planning::bench(maps.as_deref(), json),
         Task::Fuzz { seconds, keep, json } => fuzz::run(seconds, keep, json),
         Task::Soak => soak::all().run(),
