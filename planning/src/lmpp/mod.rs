@@ -174,13 +174,6 @@ impl Lmpp {
         Ok(Survey { lmpp: self, from, own: self.rooms.find_subarea(from) })
     }
 
-    /// The length of the way to a field's target.
-    #[inline]
-    fn length(&self, from: Cell, field: usize) -> Option<Length> {
-        let way_out = || Some(self.way_out(from, field)?.0);
-        self.fields.length(from, field).or_else(way_out)
-    }
-
     /// How a robot in the opening of a closed door leaves it: the length of the whole way, and the first
     /// move.
     fn way_out(&self, from: Cell, field: usize) -> Option<(Length, Step)> {
@@ -242,17 +235,21 @@ impl Survey<'_> {
     fn way_to(&self, target: usize) -> Option<Way> {
         let Self { lmpp, from, own } = *self;
         let doors = lmpp.rooms.doors();
+        // Found once: all lengths from a cell lie side by side.
+        let row = lmpp.fields.row(from);
+        let length = |field| row.length(field).or_else(|| Some(lmpp.way_out(from, field)?.0));
         if *lmpp.subareas.get(target)? == own
-            && let Some(length) = lmpp.length(from, doors.len() + target)
+            && let Some(length) = length(doors.len() + target)
         {
             return Some(Way { length, first: None });
         }
         let exits = lmpp.exits.get(usize::from(own?.0))?;
         let ways = exits.iter().filter_map(|&exit| {
             let rest = lmpp.chains.length(exit, target)?;
-            Some((lmpp.length(from, exit)? + rest, doors.get(exit)?.id, exit))
+            let length = length(exit)? + rest;
+            Some((length.cost(), length, doors.get(exit)?.id, exit))
         });
-        ways.min().map(|(length, _, exit)| Way { length, first: Some(exit) })
+        ways.min().map(|(_, length, _, exit)| Way { length, first: Some(exit) })
     }
 
     fn place_of(&self, target: u16) -> Option<usize> {

@@ -228,7 +228,7 @@ impl Fields {
     }
 
     #[inline]
-    fn row(&self, from: Cell) -> Row<'_> {
+    pub(crate) fn row(&self, from: Cell) -> Row<'_> {
         match self.moves {
             MoveSet::Eight => Row::Eight(self.image.table::<Octile>().row(&self.grid, from)),
             MoveSet::Sixteen => Row::Sixteen(self.image.table::<Knight>().row(&self.grid, from)),
@@ -257,7 +257,7 @@ impl Fields {
 
 /// The distances of a cell to all targets.
 #[derive(Clone, Copy)]
-enum Row<'a> {
+pub(crate) enum Row<'a> {
     Eight(&'a [<Octile as Metric>::Distance]),
     Sixteen(&'a [<Knight as Metric>::Distance]),
 }
@@ -270,7 +270,8 @@ impl Row<'_> {
         }
     }
 
-    fn length(self, target: usize) -> Option<Length> {
+    #[inline]
+    pub(crate) fn length(self, target: usize) -> Option<Length> {
         match self {
             Self::Eight(row) => known::<Octile>(row, target).map(Octile::length),
             Self::Sixteen(row) => known::<Knight>(row, target).map(Knight::length),

@@ -12,7 +12,7 @@ use crate::moves::{Length, MoveSet};
 /// A distance is one integer, a sum of its moves' costs, which orders as the real lengths do and tells how
 /// many moves of each kind it is made of. It is signed, because processors compare signed numbers side by
 /// side.
-pub(super) trait Metric: Copy + Debug {
+pub(crate) trait Metric: Copy + Debug {
     /// A distance as it is stored.
     type Distance: Pod + Ord + Debug + Send + Sync;
 
@@ -41,7 +41,7 @@ pub(super) trait Metric: Copy + Debug {
 /// [`STRAIGHT`] moves of each kind no sum of one orders or equals another but as the real lengths do, and the
 /// remainder by [`STRAIGHT`] tells the diagonal moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Octile;
+pub(crate) struct Octile;
 
 const STRAIGHT: u32 = 80_782;
 const DIAGONAL: u32 = 114_243;
@@ -96,7 +96,7 @@ impl Metric for Octile {
 /// knight's move's cost is odd, so that the rest of the cost modulo a straight move's, a power of two, tells
 /// the knight's moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Knight;
+pub(crate) struct Knight;
 
 const DIAGONAL_BITS: u32 = 16;
 const DIAGONAL_COST: u64 = Length::of((1, 1)).cost();
