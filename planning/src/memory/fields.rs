@@ -70,7 +70,7 @@ macro_rules! with_table {
 
 /// Once more fields than these have to be built, the others are not repaired: a door that so many ways lead
 /// through is on the ways of nearly all.
-const MANY: usize = 4;
+const MANY: usize = 1;
 
 /// What a change of the map did to the fields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
