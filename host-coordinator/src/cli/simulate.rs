@@ -272,13 +272,13 @@ fn text(outcomes: &[Run], first_seed: u64) -> String {
     let row = |name: String, figures: Figures| {
         [
             name,
-            figures.requests.to_string(),
-            figures.granted.to_string(),
-            figures.completed.to_string(),
-            figures.double_grants.to_string(),
-            figures.lost_requests.to_string(),
-            figures.stranded_reachable.to_string(),
-            figures.stranded_unreachable.to_string(),
+            figures.counts.requests.to_string(),
+            figures.counts.granted.to_string(),
+            figures.counts.completed.to_string(),
+            figures.counts.double_grants.to_string(),
+            figures.counts.lost_requests.to_string(),
+            figures.counts.stranded_reachable.to_string(),
+            figures.counts.stranded_unreachable.to_string(),
             format!("{:.1}", figures.wait_s.p50),
             format!("{:.1}", figures.wait_s.p99),
             format!("{:.1} %", 100.0 * figures.working_share),
@@ -289,7 +289,7 @@ fn text(outcomes: &[Run], first_seed: u64) -> String {
         shown.iter().map(|run| row(run.seed.to_string(), run.tally.figures(run.seed))).collect();
     let sum = campaign::sum(outcomes).figures(first_seed);
     rows.push(row(format!("all {}", outcomes.len()), sum));
-    let distance_km = sum.charge_distance_m / 1e3;
+    let distance_km = sum.counts.charge_distance_m / 1e3;
     let columns: Vec<usize> = (1..HEAD.len()).collect();
     format!("{}\n{distance_km:.1} km driven to charge", table(HEAD, &columns, &rows))
 }

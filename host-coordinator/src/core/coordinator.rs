@@ -2,7 +2,7 @@
 //!
 //! A step takes one input in, and then settles what follows from it: leases (`grants`), the queue and
 //! what robots are told (`queue`). A frame concerns its sender and whoever an event names; what only time
-//! brings, for everybody, is settled at each tick. So a frame costs the same in a small site and a large one.
+//! brings, for everybody, is settled at each tick. So a frame does not walk through all leases and requests.
 
 use std::{collections::BTreeMap, sync::Arc};
 

@@ -8,7 +8,10 @@
 use protocol::{Availability, PileId, SiteMillis, limits};
 
 use super::coordinator::Coordinator;
-use crate::selection::{Choice, Stage, Verdict};
+use crate::{
+    selection::{Choice, Stage, Verdict},
+    site::SitePile,
+};
 
 impl Coordinator {
     /// The power of all piles that draw any, or may, in watts.
@@ -17,10 +20,14 @@ impl Coordinator {
         draw.map(|pile| f64::from(pile.power_w)).sum()
     }
 
-    /// Whether the site has the power for a pile that draws none yet.
-    pub(super) fn has_power_for(&self, pile: PileId, now: SiteMillis) -> bool {
-        let (Some(cap_w), Some(pile)) = (self.policy.power_cap_w, self.site.pile(pile)) else { return true };
-        self.may_draw(pile.id, now) || self.granted_w(now) + f64::from(pile.power_w) <= cap_w
+    /// What is left for piles that draw none yet, in watts.
+    pub(super) fn power_left_w(&self, now: SiteMillis) -> f64 {
+        self.policy.power_cap_w.map_or(f64::INFINITY, |cap_w| cap_w - self.granted_w(now))
+    }
+
+    /// Whether `left_w` watts are enough for a pile, which may draw its power already.
+    pub(super) fn has_power_for(&self, pile: &SitePile, left_w: f64, now: SiteMillis) -> bool {
+        f64::from(pile.power_w) <= left_w || self.may_draw(pile.id, now)
     }
 
     fn may_draw(&self, pile: PileId, now: SiteMillis) -> bool {
@@ -34,13 +41,16 @@ impl Coordinator {
     /// Takes a choice back for which others have taken the power in the meantime, and says so of every pile
     /// that lacks nothing else.
     pub(super) fn keep_within_power(&self, choice: &mut Choice, now: SiteMillis) {
-        let lacks =
-            |pile| self.availability(pile, now) == Some(Availability::Free) && !self.has_power_for(pile, now);
+        let left_w = self.power_left_w(now);
+        let lacks = |pile| {
+            self.site.pile(pile).is_some_and(|pile| !self.has_power_for(pile, left_w, now))
+                && self.availability(pile, now) == Some(Availability::Free)
+        };
         if choice.chosen.is_some_and(lacks) {
             (choice.chosen, choice.stage) = (None, Stage::None);
         }
         for row in &mut choice.explanations {
-            if lacks(row.pile) && matches!(row.verdict, Verdict::Chosen | Verdict::Taken(_)) {
+            if matches!(row.verdict, Verdict::Chosen | Verdict::Taken(_)) && lacks(row.pile) {
                 row.verdict = Verdict::NoPower;
             }
         }

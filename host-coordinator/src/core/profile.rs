@@ -1,9 +1,9 @@
-//! What a robot's tasks take from its battery: learned from every run it tells of (Access eqs. 1 to 3).
+//! What a robot's tasks take from its battery: learned from every run it tells of (Access eqs. 1, 2).
 
 use protocol::EnergyJ;
 
-/// A robot may be taken to need so many times the spread more than the mean.
-const SPREADS: f64 = 2.0;
+/// A robot may be taken to need so many times the spread more than the mean, of a task or of a metre.
+pub(super) const SPREADS: f64 = 2.0;
 /// The spread of a task of which too few runs are known, as a share of the mean.
 const DOUBT: f64 = 0.3;
 /// From so many runs on the spread that was seen counts.
@@ -42,12 +42,6 @@ impl TaskProfile {
     }
 }
 
-/// What all tasks together take, in joules (Access eq. 3's P_total).
-#[must_use]
-pub fn total_j<'a>(profiles: impl IntoIterator<Item = &'a TaskProfile>) -> f64 {
-    profiles.into_iter().map(|profile| profile.mean_j).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::{collection::vec, prelude::*};
@@ -66,11 +60,6 @@ mod tests {
         assert_eq!((profile.mean_j, profile.at_most_j()), (100.0, 160.0));
         assert_eq!(learned(&[100.0; 5]).at_most_j(), 100.0, "five runs alike");
         assert_eq!(TaskProfile::default().at_most_j(), 0.0);
-    }
-
-    #[test]
-    fn all_tasks_together_take_the_sum_of_their_means() {
-        assert_eq!(total_j(&[learned(&[10.0, 20.0]), learned(&[5.0])]), 20.0);
     }
 
     proptest! {

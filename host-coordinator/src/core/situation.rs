@@ -5,7 +5,14 @@ use std::sync::Arc;
 use firmware_pile::charge;
 use protocol::{Availability, DurationMs, EnergyJ, PileId, Position, RobotId, SiteMillis};
 
-use super::{PILE, coordinator::Coordinator, profile::TaskProfile, routes::Ways, state::Request, turn::Turn};
+use super::{
+    PILE,
+    coordinator::Coordinator,
+    profile::{SPREADS, TaskProfile},
+    routes::Ways,
+    state::Request,
+    turn::Turn,
+};
 use crate::{
     config::RobotConfig,
     selection::{Asker, Candidate, Holder, Offer, Situation, Times, activity, priority, reach},
@@ -22,8 +29,6 @@ const RESERVE: f64 = 0.02;
 const MIN_HOLD: DurationMs = DurationMs(120_000);
 /// What a task takes of which nothing is known, as a share of a full battery.
 const UNKNOWN_TASK: f64 = 0.3;
-/// A robot surely takes no more than its mean consumption and so many times the spread of it.
-const SPREADS: f64 = 2.0;
 
 /// What a pile is to all robots alike.
 struct Seat {
@@ -48,7 +53,8 @@ struct Seen<'a> {
 impl Coordinator {
     /// The situation of the robots in `waiting`.
     pub(super) fn situation(&mut self, turn: &mut Turn, waiting: &[(RobotId, Request)]) -> Situation {
-        let seats: Vec<_> = self.site.piles.iter().map(|pile| self.seat(pile, turn.now)).collect();
+        let left_w = self.power_left_w(turn.now);
+        let seats: Vec<_> = self.site.piles.iter().map(|pile| self.seat(pile, left_w, turn.now)).collect();
         let mut askers = Vec::with_capacity(waiting.len());
         for (robot, request) in waiting {
             let Some(config) = self.robots.get(robot).copied() else { continue };
@@ -121,9 +127,9 @@ impl Coordinator {
         Offer { candidate, next_is_open: seat.next_is_open, holder: seat.holder, times }
     }
 
-    fn seat(&self, pile: &SitePile, now: SiteMillis) -> Seat {
+    fn seat(&self, pile: &SitePile, left_w: f64, now: SiteMillis) -> Seat {
         let availability = self.availability(pile.id, now).map(|availability| match availability {
-            Availability::Free if !self.has_power_for(pile.id, now) => Availability::Reserved,
+            Availability::Free if !self.has_power_for(pile, left_w, now) => Availability::Reserved,
             availability => availability,
         });
         let report = self.observed.report(pile.id, now);

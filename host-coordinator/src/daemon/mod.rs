@@ -49,7 +49,7 @@ pub use clock::{ClockHand, SiteClock};
 pub use planning_times::PlanningTimes;
 pub use questions::{History, Unanswered};
 
-use self::{engine::Engine, questions::Desk, warnings::Warnings};
+use self::{engine::Engine, questions::Questions, warnings::Warnings};
 use crate::{
     api,
     config::{Config, Security},
@@ -163,13 +163,13 @@ impl Daemon {
             links::start(sockets, known, sessions, &config.connect, inputs.clone(), warnings);
 
         let (publish, view) = watch::channel(Arc::new(engine.view(clock.now())));
-        let (history, desk) = History::new();
+        let (history, questions) = History::new();
         if let Some(http) = http {
             tasks.spawn(api::serve(http, view.clone(), history));
         }
         tasks.spawn(tell_time(clock.clone(), inputs));
         let (ended, engine_end) = oneshot::channel();
-        let shell = Shell { engine, links, clock, inbox, desk, publish, published: Instant::now() };
+        let shell = Shell { engine, links, clock, inbox, questions, publish, published: Instant::now() };
         thread::Builder::new()
             .name("coordinator".to_owned())
             .spawn(move || {
@@ -255,7 +255,7 @@ struct Shell {
     links: Arc<Links>,
     clock: SiteClock,
     inbox: mpsc::Receiver<Input>,
-    desk: Desk,
+    questions: Questions,
     publish: watch::Sender<Arc<View>>,
     published: Instant,
 }
@@ -274,7 +274,7 @@ impl Shell {
             if self.engine.commit(&mut send).is_err() {
                 self.recover(&mut send);
             }
-            self.desk.answer(&self.engine);
+            self.questions.answer(&self.engine);
             if self.published.elapsed() >= VIEW_INTERVAL {
                 self.publish();
             }

@@ -41,15 +41,15 @@ struct Question {
 
 /// The end of the questions that has the log.
 #[derive(Debug)]
-pub struct Desk {
-    questions: mpsc::Receiver<Question>,
+pub struct Questions {
+    waiting: mpsc::Receiver<Question>,
 }
 
 impl History {
     /// Both ends.
-    pub fn new() -> (Self, Desk) {
-        let (sender, questions) = mpsc::channel(WAITING);
-        (Self { questions: sender }, Desk { questions })
+    pub fn new() -> (Self, Questions) {
+        let (sender, waiting) = mpsc::channel(WAITING);
+        (Self { questions: sender }, Questions { waiting })
     }
 
     /// A decision that was ever made, by its number; `None` if there was none with it.
@@ -66,10 +66,10 @@ impl History {
     }
 }
 
-impl Desk {
+impl Questions {
     /// Answers what waits.
     pub fn answer(&mut self, engine: &Engine) {
-        while let Ok(question) = self.questions.try_recv() {
+        while let Ok(question) = self.waiting.try_recv() {
             // Whoever asked may be gone.
             let _ = question.answer.send(engine.decision(question.decision));
         }

@@ -130,8 +130,8 @@ impl Explanation {
     pub fn unless(&self) -> Option<String> {
         match self.verdict {
             Verdict::Farther { by, .. } => Some(format!("if it were {by:.1} cells nearer")),
-            Verdict::Costlier { by_s, .. } => {
-                Some(format!("if it took the robot {by_s:.1} s less, by its way, its wait or its charge"))
+            Verdict::Costlier { .. } => {
+                Some("if its way, its wait or its charge took the robot that much less".to_owned())
             }
             Verdict::NotYet { free_in_s } => {
                 let way_s = self.times.map(|times| times.way_s())?;

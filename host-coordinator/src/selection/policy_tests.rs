@@ -192,6 +192,19 @@ fn situations() -> impl Strategy<Value = Situation> {
 
 proptest! {
     #[test]
+    fn together_nobody_overtakes_who_asked_so_much_later_for_a_pile_that_both_can_have(
+        shares in (0.3..1.0, 0.3..1.0), ways in (0.0..20.0, 0.0..20.0), asked_s in 100u64..200,
+    ) {
+        let piles = [free()];
+        let first = asker(1, 0, shares.0, &piles, &[Some(ways.0)]);
+        // There and back, one cell a second.
+        let takes_less_s = f64::max(0.0, 2.0 * (ways.0 - ways.1));
+        let later_s = priority::CRITICAL * priority::AGEING_S + takes_less_s.ceil() + 1.0 + asked_s as f64;
+        let second = asker(2, later_s as u64, shares.1, &piles, &[Some(ways.1)]);
+        prop_assert_eq!(chosen(PolicyName::Joint, vec![first, second]), [Some(1), None]);
+    }
+
+    #[test]
     fn no_pile_is_chosen_twice_and_every_choice_is_possible_and_explained(situation in situations()) {
         for name in PolicyName::ALL {
             let choices = name.policy(0.9).choose(&situation);

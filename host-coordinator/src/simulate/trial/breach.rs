@@ -4,32 +4,13 @@ use std::fmt;
 
 use protocol::{LeaseId, PileId, RobotId};
 
+use crate::simulate::auditor::Violation;
+
 /// A broken promise.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Breach {
-    /// One holder a pile: it gave energy to a robot that does not hold its lease.
-    WrongRobot {
-        /// Which pile.
-        pile: PileId,
-        /// Who stood on its contacts.
-        robot: RobotId,
-    },
-    /// One holder a pile: it took a new lease while it held another.
-    Replaced {
-        /// Which pile.
-        pile: PileId,
-        /// The lease that never ended.
-        lease: LeaseId,
-    },
-    /// One holder a pile: the coordinator took it to be held by somebody while it was held by another.
-    Disputed {
-        /// Which pile.
-        pile: PileId,
-        /// Who held it.
-        holder: RobotId,
-        /// Whom the coordinator took for the holder.
-        granted: RobotId,
-    },
+    /// One holder a pile.
+    DoubleGrant(Violation),
     /// No lease beyond its life: a pile still held to one.
     HeldTooLong {
         /// Which pile.
@@ -63,26 +44,10 @@ pub enum Breach {
     },
 }
 
-impl Breach {
-    /// Whether it is about who holds a pile.
-    #[must_use]
-    pub const fn is_double_grant(&self) -> bool {
-        matches!(self, Self::WrongRobot { .. } | Self::Replaced { .. } | Self::Disputed { .. })
-    }
-}
-
 impl fmt::Display for Breach {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::WrongRobot { pile, robot } => {
-                write!(f, "pile {pile} gave energy to robot {robot}, which does not hold its lease")
-            }
-            Self::Replaced { pile, lease } => {
-                write!(f, "pile {pile} took a new lease before lease {lease} had ended")
-            }
-            Self::Disputed { pile, holder, granted } => {
-                write!(f, "pile {pile} was taken to be robot {granted}'s while robot {holder} held it")
-            }
+            Self::DoubleGrant(violation) => violation.fmt(f),
             Self::HeldTooLong { pile, lease } => {
                 write!(f, "pile {pile} held to lease {lease} beyond its life")
             }

@@ -23,12 +23,12 @@ pub const FIGURES: [Figure; 7] = [
     Figure { name: "working_share", of: |figures| figures.working_share },
     Figure { name: "wait_p50_s", of: |figures| figures.wait_s.p50 },
     Figure { name: "wait_p99_s", of: |figures| figures.wait_s.p99 },
-    Figure { name: "charge_distance_m", of: |figures| figures.charge_distance_m },
-    Figure { name: "completed", of: |figures| figures.completed as f64 },
-    Figure { name: "preempted", of: |figures| figures.preempted as f64 },
+    Figure { name: "charge_distance_m", of: |figures| figures.counts.charge_distance_m },
+    Figure { name: "completed", of: |figures| figures.counts.completed as f64 },
+    Figure { name: "preempted", of: |figures| figures.counts.preempted as f64 },
     Figure {
         name: "stranded",
-        of: |figures| (figures.stranded_reachable + figures.stranded_unreachable) as f64,
+        of: |figures| (figures.counts.stranded_reachable + figures.counts.stranded_unreachable) as f64,
     },
 ];
 

@@ -194,8 +194,10 @@ impl Run<'_> {
     fn count(&mut self, events: &[Event]) {
         for event in events {
             match event.fact {
-                Fact::Granted { .. } => self.tally.granted += 1,
-                Fact::Ended { why: LeaseEnd::ByPile(EndReason::Completed), .. } => self.tally.completed += 1,
+                Fact::Granted { .. } => self.tally.counts.granted += 1,
+                Fact::Ended { why: LeaseEnd::ByPile(EndReason::Completed), .. } => {
+                    self.tally.counts.completed += 1
+                }
                 _ => {}
             }
         }

@@ -27,9 +27,9 @@ pub struct Outcome {
     pub failure: Option<Failure>,
 }
 
-/// What is counted in a run, or in many.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Tally {
+/// What adds up over runs, and is told as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Counts {
     /// Times that a robot began to ask for a charge.
     pub requests: u64,
     /// Leases granted.
@@ -46,6 +46,15 @@ pub struct Tally {
     pub stranded_reachable: u64,
     /// Other robots that stranded.
     pub stranded_unreachable: u64,
+    /// How far robots drove on their ways to a charge, in metres.
+    pub charge_distance_m: f64,
+}
+
+/// What is counted in a run, or in many.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// What is told as it is.
+    pub counts: Counts,
     /// From first asking until the contacts were live, in milliseconds; at the end of the run the robots
     /// that still wait count with what they have waited so far.
     pub waits_ms: Vec<u32>,
@@ -53,25 +62,24 @@ pub struct Tally {
     pub worked_ms: u64,
     /// Time that there were robots, in milliseconds.
     pub robots_ms: u64,
-    /// How far robots drove on their ways to a charge, in metres.
-    pub charge_distance_m: f64,
 }
 
 impl Tally {
     /// Adds what was counted elsewhere.
     pub fn add(&mut self, other: &Self) {
-        self.requests += other.requests;
-        self.granted += other.granted;
-        self.completed += other.completed;
-        self.preempted += other.preempted;
-        self.double_grants += other.double_grants;
-        self.lost_requests += other.lost_requests;
-        self.stranded_reachable += other.stranded_reachable;
-        self.stranded_unreachable += other.stranded_unreachable;
+        let counts = &mut self.counts;
+        counts.requests += other.counts.requests;
+        counts.granted += other.counts.granted;
+        counts.completed += other.counts.completed;
+        counts.preempted += other.counts.preempted;
+        counts.double_grants += other.counts.double_grants;
+        counts.lost_requests += other.counts.lost_requests;
+        counts.stranded_reachable += other.counts.stranded_reachable;
+        counts.stranded_unreachable += other.counts.stranded_unreachable;
         self.waits_ms.extend_from_slice(&other.waits_ms);
         self.worked_ms += other.worked_ms;
         self.robots_ms += other.robots_ms;
-        self.charge_distance_m += other.charge_distance_m;
+        counts.charge_distance_m += other.counts.charge_distance_m;
     }
 
     /// The figures under their names; `seed` is that of the run, or the first.
@@ -86,17 +94,9 @@ impl Tally {
         };
         Figures {
             seed,
-            requests: self.requests,
-            granted: self.granted,
-            completed: self.completed,
-            preempted: self.preempted,
-            double_grants: self.double_grants,
-            lost_requests: self.lost_requests,
-            stranded_reachable: self.stranded_reachable,
-            stranded_unreachable: self.stranded_unreachable,
+            counts: self.counts,
             wait_s: Wait { p50: quantile(0.5), p99: quantile(0.99) },
             working_share: self.worked_ms as f64 / self.robots_ms.max(1) as f64,
-            charge_distance_m: self.charge_distance_m,
         }
     }
 }
@@ -106,28 +106,13 @@ impl Tally {
 pub struct Figures {
     /// The seed of the run, or of the first.
     pub seed: u64,
-    /// See [`Tally::requests`].
-    pub requests: u64,
-    /// See [`Tally::granted`].
-    pub granted: u64,
-    /// See [`Tally::completed`].
-    pub completed: u64,
-    /// See [`Tally::preempted`].
-    pub preempted: u64,
-    /// See [`Tally::double_grants`].
-    pub double_grants: u64,
-    /// See [`Tally::lost_requests`].
-    pub lost_requests: u64,
-    /// See [`Tally::stranded_reachable`].
-    pub stranded_reachable: u64,
-    /// See [`Tally::stranded_unreachable`].
-    pub stranded_unreachable: u64,
+    /// What was counted.
+    #[serde(flatten)]
+    pub counts: Counts,
     /// See [`Tally::waits_ms`].
     pub wait_s: Wait,
     /// The share of their time that robots worked.
     pub working_share: f64,
-    /// See [`Tally::charge_distance_m`].
-    pub charge_distance_m: f64,
 }
 
 /// What half of the waits, and 99 of 100, are at most, in seconds; 0 without any.

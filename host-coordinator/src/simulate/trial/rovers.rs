@@ -226,7 +226,7 @@ impl Run<'_> {
         rover.driven_m = rover.body.driven_m();
         match rover.activity() {
             Some(Activity::Working) => self.tally.worked_ms += u64::from(passed.0),
-            Some(Activity::Approaching) => self.tally.charge_distance_m += driven_m,
+            Some(Activity::Approaching) => self.tally.counts.charge_distance_m += driven_m,
             _ => {}
         }
     }
@@ -282,7 +282,7 @@ impl Run<'_> {
                 let needed_j = nearest_m.map(|nearest_m| nearest_m * rover.body.per_metre_j());
                 let reachable = needed_j.is_some_and(|needed_j| needed_j <= rover.body.energy_j());
                 rover.needs = Some((now, reachable));
-                self.tally.requests += 1;
+                self.tally.counts.requests += 1;
             }
             Some(Activity::Docked) if contacts_live => {
                 if let Some((since, _)) = rover.needs.take() {
@@ -292,9 +292,9 @@ impl Run<'_> {
             Some(Activity::Stranded) if !rover.stranded => {
                 rover.stranded = true;
                 if rover.needs.is_some_and(|(_, reachable)| reachable) {
-                    self.tally.stranded_reachable += 1;
+                    self.tally.counts.stranded_reachable += 1;
                 } else {
-                    self.tally.stranded_unreachable += 1;
+                    self.tally.counts.stranded_unreachable += 1;
                 }
             }
             _ => {}

@@ -130,11 +130,11 @@ impl<'a> Run<'a> {
         self.count_open_waits();
         let mut tally = self.tally;
         tally.robots_ms = self.rovers.len() as u64 * self.now.0;
-        tally.preempted = self.office.preempted();
+        tally.counts.preempted = self.office.preempted();
         let failure = self.breach.map(|breach| {
             match &breach {
-                breach if breach.is_double_grant() => tally.double_grants += 1,
-                Breach::Forgotten { .. } => tally.lost_requests += 1,
+                Breach::DoubleGrant(_) => tally.counts.double_grants += 1,
+                Breach::Forgotten { .. } => tally.counts.lost_requests += 1,
                 _ => {}
             }
             Failure { at: self.now, breach, struck: self.troubles.struck() }

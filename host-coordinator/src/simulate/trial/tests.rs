@@ -31,8 +31,8 @@ fn without_faults_everybody_who_asks_is_charged_and_nobody_strands() {
     let outcome = trial(3, 20, 40, Faults::NONE).run(&ground(20, 13));
     let tally = &outcome.tally;
     assert_eq!(outcome.failure, None);
-    assert!(tally.requests > 15 && tally.completed > 12, "{tally:?}");
-    assert_eq!((tally.stranded_reachable, tally.stranded_unreachable), (0, 0));
+    assert!(tally.counts.requests > 15 && tally.counts.completed > 12, "{tally:?}");
+    assert_eq!((tally.counts.stranded_reachable, tally.counts.stranded_unreachable), (0, 0));
     assert!(tally.waits_ms.iter().all(|wait_ms| *wait_ms < 300_000), "{:?}", tally.waits_ms);
 }
 
@@ -42,7 +42,7 @@ fn no_promise_is_broken_whatever_goes_wrong() {
     for seed in 0..6 {
         let outcome = trial(seed, 20, 10, Faults::ALL).run(&ground);
         assert_eq!(outcome.failure, None, "seed {seed}");
-        assert!(outcome.tally.granted > 0, "seed {seed}: {:?}", outcome.tally);
+        assert!(outcome.tally.counts.granted > 0, "seed {seed}: {:?}", outcome.tally);
     }
 }
 

@@ -4,7 +4,10 @@ use firmware_pile::lease::{EXTENSION_GRACE, Lease};
 use protocol::{DurationMs, EndedLease, LeaseRef, Millis, PileId, RobotId, SiteMillis};
 
 use super::breach::Breach;
-use crate::core::state::{self, Phase};
+use crate::{
+    core::state::{self, Phase},
+    simulate::auditor::Violation,
+};
 
 /// How long current may flow on when its lease has ended: it is taken away along a ramp.
 const RAMP: DurationMs = DurationMs(500);
@@ -66,7 +69,7 @@ impl PileWatch {
             && before.lease != lease.name.lease
             && sight.ended.is_none_or(|ended| ended.lease.lease != before.lease)
         {
-            return Some(Breach::Replaced { pile, lease: before.lease });
+            return Some(Breach::DoubleGrant(Violation::Replaced { pile, lease: before.lease }));
         }
         let expiry = lease.map_or(self.expiry, |lease| lease.expiry);
         if expiry != self.expiry || before.map(|name| name.lease) != self.held.map(|name| name.lease) {
@@ -88,7 +91,7 @@ impl PileWatch {
         match (lease, docked) {
             (None, _) => (now.since(self.held_at) > RAMP).then_some(Breach::Unleased { pile }),
             (Some(lease), Some(robot)) if robot != lease.name.robot => {
-                Some(Breach::WrongRobot { pile, robot })
+                Some(Breach::DoubleGrant(Violation::WrongRobot { pile, robot }))
             }
             _ => None,
         }
@@ -124,11 +127,9 @@ impl PileWatch {
             return None;
         }
         let since = *self.disputed_since.get_or_insert(now);
-        (now.since(since) > NEWS).then_some(Breach::Disputed {
-            pile: sight.pile,
-            holder: lease.name.robot,
-            granted: booked.name.robot,
-        })
+        let (holder, granted) = (lease.name.robot, booked.name.robot);
+        let disputed = Violation::Disputed { pile: sight.pile, holder, granted };
+        (now.since(since) > NEWS).then_some(Breach::DoubleGrant(disputed))
     }
 }
 
@@ -196,7 +197,7 @@ mod tests {
     fn energy_for_a_stranger_or_for_nobody_is_found() {
         let leases = charging(1, 7);
         let live = Sight { limit_a: 10.0, docked: Some(RobotId(8)), ..sight(&leases) };
-        let stranger = Breach::WrongRobot { pile: PILE, robot: RobotId(8) };
+        let stranger = Breach::DoubleGrant(Violation::WrongRobot { pile: PILE, robot: RobotId(8) });
         assert_eq!(PileWatch::default().look(Millis(0), &live), Some(stranger));
         let nobody = Leases::new(Epoch(0));
         let live = Sight { limit_a: 10.0, ..sight(&nobody) };
@@ -209,7 +210,7 @@ mod tests {
         let mut watch = PileWatch::default();
         assert_eq!(watch.look(Millis(0), &sight(&one)), None);
         let mut restarted = watch.clone();
-        let replaced = Breach::Replaced { pile: PILE, lease: LeaseId(1) };
+        let replaced = Breach::DoubleGrant(Violation::Replaced { pile: PILE, lease: LeaseId(1) });
         assert_eq!(watch.look(Millis(1), &sight(&other)), Some(replaced));
         restarted.restarted();
         assert_eq!(restarted.look(Millis(1), &sight(&other)), None);
@@ -272,7 +273,8 @@ mod tests {
             assert_eq!(look(times[0]), None);
             look(times[1])
         };
-        let disputed = Breach::Disputed { pile: PILE, holder: RobotId(7), granted: RobotId(8) };
+        let disputed = Violation::Disputed { pile: PILE, holder: RobotId(7), granted: RobotId(8) };
+        let disputed = Breach::DoubleGrant(disputed);
         assert_eq!(judge(book(8, held), [0, 20_000]), Some(disputed));
         assert_eq!(judge(book(8, held), [0, 9_000]), None, "news travel");
         assert_eq!(judge(book(7, held), [0, 20_000]), None, "the same robot");

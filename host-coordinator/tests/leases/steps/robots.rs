@@ -152,18 +152,24 @@ fn a_robot_with_no_energy_is_out_of_reach_and_one_too_many_finds_all_taken() {
     assert_eq!(reason(RobotId(2)), Some(UnassignedReason::AllTaken));
 }
 
-#[test]
-fn a_robot_that_is_sent_to_its_pile_again_is_led_there_from_where_it_is_now() {
+/// A robot that was sent to its pile from one place, and another place on its way.
+fn sent_off() -> (Desk, LeaseRef, Position) {
     let mut desk = Desk::new();
     let (far, near) = (desk.beside(PileId(5)), desk.beside(PileId(6)));
     desk.pile_says(P, Availability::Free, None);
     desk.robot_at(ROBOT, far, Activity::Waiting, None);
     desk.ask_from(ROBOT, 1, far, 5_000.0);
     desk.ack(P);
-    let lease = desk.last_command(P).unwrap().1;
-    desk.pile_says(P, Availability::Reserved, Some(lease));
     assert_eq!(desk.led_from(ROBOT), Some(far));
     desk.robot_at(ROBOT, far, Activity::Approaching, Some(1));
+    let lease = desk.last_command(P).unwrap().1;
+    (desk, lease, near)
+}
+
+#[test]
+fn a_robot_that_is_sent_to_its_pile_again_is_led_there_from_where_it_is_now() {
+    let (mut desk, lease, near) = sent_off();
+    desk.pile_says(P, Availability::Reserved, Some(lease));
     // It is called off on its way, and waits there.
     let ended = EndedLease { lease, reason: EndReason::Fault, charged: DurationMs(0) };
     desk.pile_reports(P, Availability::Fault, None, Some(ended), 0.0);
@@ -180,14 +186,7 @@ fn a_robot_that_is_sent_to_its_pile_again_is_led_there_from_where_it_is_now() {
 
 #[test]
 fn a_robot_that_started_anew_and_asks_under_the_same_number_is_led_from_where_it_is_now() {
-    let mut desk = Desk::new();
-    let (far, near) = (desk.beside(PileId(5)), desk.beside(PileId(6)));
-    desk.pile_says(P, Availability::Free, None);
-    desk.robot_at(ROBOT, far, Activity::Waiting, None);
-    desk.ask_from(ROBOT, 1, far, 5_000.0);
-    desk.ack(P);
-    assert_eq!(desk.led_from(ROBOT), Some(far));
-    desk.robot_at(ROBOT, far, Activity::Approaching, Some(1));
+    let (mut desk, _, near) = sent_off();
     desk.sent.clear();
     desk.boot = BootEpoch(2);
     desk.robot_at(ROBOT, near, Activity::Waiting, None);
