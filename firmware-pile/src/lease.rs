@@ -16,8 +16,8 @@
 
 use heapless::HistoryBuf;
 use protocol::{
-    CommandHead, CommandId, DurationMs, EndReason, EndedLease, Epoch, Grant, LeaseId, LeaseRef, Millis,
-    NackReason, Revoke, SiteMillis, TagId,
+    CommandHead, DurationMs, EndReason, EndedLease, Epoch, Grant, LeaseId, LeaseRef, Millis, NackReason,
+    Revoke, SiteMillis, TagId,
 };
 
 use crate::charge::Charge;
@@ -74,6 +74,15 @@ pub struct Place {
     pub occupied: bool,
 }
 
+/// What ends a lease besides its own time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Circumstances {
+    /// Whether the pile has a fault.
+    pub faulted: bool,
+    /// Whether the lease's robot is not at the contacts any more.
+    pub robot_left: bool,
+}
+
 /// The current lease, and what is remembered of earlier ones.
 #[derive(Clone, Debug)]
 pub struct Leases {
@@ -81,7 +90,9 @@ pub struct Leases {
     current: Option<Lease>,
     ended: Option<EndedLease>,
     past: HistoryBuf<LeaseId, REMEMBERED_LEASES>,
-    answers: HistoryBuf<(Epoch, CommandId, Answer), REMEMBERED_COMMANDS>,
+    /// Two coordinators on copies of one log share an epoch and count their commands alike: a repeat is
+    /// about the same lease, too.
+    answers: HistoryBuf<(LeaseRef, CommandHead, Answer), REMEMBERED_COMMANDS>,
 }
 
 impl Leases {
@@ -146,7 +157,7 @@ impl Leases {
     /// # Errors
     /// Why the grant is refused.
     pub fn grant(&mut self, grant: &Grant, planned: DurationMs, place: Place) -> Answer {
-        self.once(grant.lease.epoch, grant.head, place.site_now, |leases| {
+        self.once(grant.lease, grant.head, place.site_now, |leases| {
             let Some(site_now) = place.site_now else { return Err(NackReason::ClockUnknown) };
             if site_now >= grant.expiry {
                 return Err(NackReason::TooLate);
@@ -180,7 +191,7 @@ impl Leases {
     /// # Errors
     /// Why the revocation is refused.
     pub fn revoke(&mut self, revoke: &Revoke, site_now: Option<SiteMillis>) -> Answer {
-        self.once(revoke.lease.epoch, revoke.head, site_now, |leases| {
+        self.once(revoke.lease, revoke.head, site_now, |leases| {
             let id = revoke.lease.lease;
             if leases.current.is_some_and(|lease| lease.name.lease == id) {
                 leases.end(EndReason::Revoked);
@@ -189,6 +200,23 @@ impl Leases {
             }
             Ok(())
         })
+    }
+
+    /// Why the current lease is over, if it is. Of a pile that does not know the time nothing is.
+    #[must_use]
+    pub fn over(&self, now: Millis, site_now: Option<SiteMillis>, seen: Circumstances) -> Option<EndReason> {
+        let (lease, site_now) = self.current.as_ref().zip(site_now)?;
+        if lease.charge.is_some_and(|charge| charge.is_complete()) {
+            Some(EndReason::Completed)
+        } else if seen.faulted {
+            Some(EndReason::Fault)
+        } else if lease.has_run_out(now, site_now) {
+            Some(EndReason::Expired)
+        } else if lease.charge.is_some() && seen.robot_left {
+            Some(EndReason::RobotLeft)
+        } else {
+            None
+        }
     }
 
     /// Ends the current lease, if there is one.
@@ -204,24 +232,24 @@ impl Leases {
     /// command are refused. Without a clock nothing is known to be late.
     fn once(
         &mut self,
-        epoch: Epoch,
+        lease: LeaseRef,
         head: CommandHead,
         site_now: Option<SiteMillis>,
         obey: impl FnOnce(&mut Self) -> Answer,
     ) -> Answer {
-        let known = |(of, id, _): &&(Epoch, CommandId, Answer)| (*of, *id) == (epoch, head.id);
+        let known = |(of, was, _): &&(LeaseRef, CommandHead, Answer)| (*of, *was) == (lease, head);
         if let Some((_, _, answer)) = self.answers.iter().find(known) {
             return *answer;
         }
-        self.see_epoch(epoch);
-        let answer = if epoch < self.highest_epoch {
+        self.see_epoch(lease.epoch);
+        let answer = if lease.epoch < self.highest_epoch {
             Err(NackReason::StaleEpoch { highest: self.highest_epoch })
         } else if site_now.is_some_and(|site_now| site_now > head.valid_until) {
             Err(NackReason::TooLate)
         } else {
             obey(self)
         };
-        self.answers.write((epoch, head.id, answer));
+        self.answers.write((lease, head, answer));
         answer
     }
 }

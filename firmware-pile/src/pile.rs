@@ -19,7 +19,7 @@ use crate::{
     faults::{FaultSet, Faults},
     gossip::Gossip,
     io::{Input, Messages, Outgoing, Outputs, Records, To},
-    lease::{Answer, Lease, Leases, Place},
+    lease::{Answer, Circumstances, Lease, Leases, Place},
     parameters::Parameters,
     provisioning::Provisioning,
     reports::Reports,
@@ -379,19 +379,11 @@ impl ChargingPile {
     }
 
     fn end_of_lease(&self) -> Option<EndReason> {
-        let lease = self.leases.current()?;
-        let site_now = self.clock.site_now(self.now)?;
-        if lease.charge.is_some_and(|charge| charge.is_complete()) {
-            Some(EndReason::Completed)
-        } else if !self.faults.standing().is_empty() {
-            Some(EndReason::Fault)
-        } else if lease.has_run_out(self.now, site_now) {
-            Some(EndReason::Expired)
-        } else if lease.charge.is_some() && self.has_left(lease.tag) {
-            Some(EndReason::RobotLeft)
-        } else {
-            None
-        }
+        let seen = Circumstances {
+            faulted: !self.faults.standing().is_empty(),
+            robot_left: self.leases.current().is_some_and(|lease| self.has_left(lease.tag)),
+        };
+        self.leases.over(self.now, self.clock.site_now(self.now), seen)
     }
 
     /// Whether `tag` is gone and not just unseen by a reader that has fallen silent.

@@ -80,6 +80,24 @@ fn a_repeat_is_answered_again_and_not_done_again() {
     assert!(bench.pile.leases().current().is_none());
 }
 
+/// Two coordinators on two copies of one log share an epoch and count their commands alike.
+#[test]
+fn a_command_of_another_coordinator_with_the_same_number_is_no_repeat() {
+    let mut bench = Bench::new();
+    let first = bench.grant(1, 1, 3, 1_000.0);
+    assert_eq!(bench.send(first), ack(&first));
+    for (lease, robot) in [(2, 4), (1, 4)] {
+        let other = Grant { head: first.head, ..bench.grant(1, lease, robot, 1_000.0) };
+        assert_eq!(bench.send(other), nack(&other, NackReason::Held { by: first.lease }));
+    }
+    bench.wait(100);
+    let head = CommandHead { id: first.head.id, ..bench.head() };
+    let revoked = bench.hear(Message::Revoke(Revoke { head, lease: first.lease }));
+    let answer = Message::Ack(Ack { of: Reference::Command(head.id) });
+    assert!(revoked.messages.iter().any(|sent| sent.message == answer));
+    assert!(bench.pile.leases().current().is_none(), "it was answered as if it were the grant");
+}
+
 #[test]
 fn an_ended_lease_is_never_granted_again() {
     let mut bench = Bench::new();

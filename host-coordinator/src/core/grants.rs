@@ -54,9 +54,9 @@ impl Coordinator {
     /// What a pile's report means for the lease that is recorded for it.
     fn compare(&mut self, turn: &mut Turn, pile: PileId, lease: &Lease, report: &PileState) {
         let id = lease.name.lease;
-        if let Some(ended) = report.ended.filter(|ended| ended.lease.lease == id) {
+        if let Some(ended) = report.ended.filter(|ended| lease.is_called(ended.lease)) {
             self.end(turn, pile, lease, LeaseEnd::ByPile(ended.reason), ended.charged);
-        } else if report.holder.is_some_and(|holder| holder.lease == id) {
+        } else if report.holder.is_some_and(|holder| lease.is_called(holder)) {
             match lease.phase {
                 // Its answer was lost.
                 Phase::Offered => self.record(turn, Fact::Accepted { pile, lease: id }),
@@ -212,7 +212,7 @@ impl Coordinator {
         let report = self.observed.piles.get(&pile).and_then(|seen| seen.report);
         report.is_some_and(|report| {
             report.row.availability == Availability::Charging
-                && report.holder.is_some_and(|holder| holder.lease == lease.name.lease)
+                && report.holder.is_some_and(|holder| lease.is_called(holder))
         })
     }
 

@@ -135,6 +135,13 @@ impl Lease {
     pub const fn is_wanted(&self) -> bool {
         matches!(self.phase, Phase::Offered | Phase::Held { .. })
     }
+
+    /// Whether a pile means this lease by `named`, whose epoch may be an earlier one. The robot counts,
+    /// because a coordinator on a copy of the log gives the same numbers.
+    #[must_use]
+    pub fn is_called(&self, named: LeaseRef) -> bool {
+        (named.lease, named.robot) == (self.name.lease, self.name.robot)
+    }
 }
 
 /// A robot's request for a charge, from its first message until the charge is complete.

@@ -1,6 +1,6 @@
-//! A pile of the model: the firmware's leases, with the part of its step that settles them.
+//! A pile of the model: the firmware's leases, which say by themselves when they are over.
 
-use firmware_pile::lease::{Leases, Place};
+use firmware_pile::lease::{Circumstances, Leases, Place};
 use protocol::{
     Ack, Availability, BootEpoch, DurationMs, EndReason, Epoch, Fraction, Hello, Message, Millis, Nack,
     PileId, PileRow, PileState, Reference, SiteMillis,
@@ -88,7 +88,10 @@ impl Pile {
                 said.push(Message::Hello(Hello::new(kept)));
             }
         }
-        self.settle(own, site_now);
+        let seen = Circumstances { faulted: false, robot_left: false };
+        if let Some(reason) = self.leases.over(own, Some(site_now), seen) {
+            self.leases.end(reason);
+        }
         if self.told() != told || matches!(input, Input::Tick | Input::Restart) {
             said.push(Message::PileState(self.report()));
         }
@@ -128,16 +131,6 @@ impl Pile {
             Ok(()) => Message::Ack(Ack { of }),
             Err(reason) => Message::Nack(Nack { of, reason }),
         })
-    }
-
-    /// As the pile's core does it: what is over ends.
-    fn settle(&mut self, own: Millis, site_now: SiteMillis) {
-        let Some(lease) = self.leases.current() else { return };
-        if lease.charge.is_some_and(|charge| charge.is_complete()) {
-            self.leases.end(EndReason::Completed);
-        } else if lease.has_run_out(own, site_now) {
-            self.leases.end(EndReason::Expired);
-        }
     }
 
     /// Whether its lease is over when it should be: a reservation by its expiry, a charge by its planned time.
