@@ -16,6 +16,7 @@ mod pile;
 mod plan;
 mod point;
 mod provision;
+mod replay;
 mod reproduce;
 mod run;
 mod select;
@@ -58,6 +59,7 @@ enum Command {
     Plan(plan::Plan),
     Select(select::Select),
     Explain(explain::Explain),
+    Replay(replay::Replay),
     Reproduce(reproduce::Reproduce),
     Chassis(chassis::Chassis),
     Keys(keys::MakeKeys),
@@ -76,6 +78,7 @@ impl Command {
             Self::Plan(command) => command.run(),
             Self::Select(command) => command.run(),
             Self::Explain(command) => command.run(),
+            Self::Replay(command) => command.run(),
             Self::Reproduce(command) => command.run(),
             Self::Chassis(command) => command.run(),
             Self::Keys(command) => command.run(),

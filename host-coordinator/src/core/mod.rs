@@ -21,6 +21,7 @@
 //! | `situation` | what is known of all robots that wait, as the policies take it |
 //! | [`consumption`] | what a robot is seen to take for a metre |
 //! | [`routes`] | ways and their lengths (LMPP Algorithm 6) |
+//! | [`replay`] | the log followed again: what was known when, and decisions taken anew |
 //! | [`view`] | what a person sees; its map is drawn in `site_view` |
 
 pub mod consumption;
@@ -32,6 +33,7 @@ pub mod observed;
 mod power;
 pub mod profile;
 mod queue;
+pub mod replay;
 pub mod routes;
 mod site_view;
 mod situation;

@@ -16,7 +16,7 @@ use super::{
     state::{Phase, Place, Request},
     turn::Turn,
 };
-use crate::selection::{Asker, Choice, Stage};
+use crate::selection::{Asker, Choice, Situation, Stage};
 
 impl Coordinator {
     /// A robot asks. Its frames come in order, so another number than before is a new request.
@@ -87,17 +87,18 @@ impl Coordinator {
         let choices = self.chooser.choose(&situation);
         for (asker, mut choice) in situation.askers.iter().zip(choices) {
             self.keep_within_power(&mut choice, turn.now);
-            self.follow(turn, asker, &choice);
+            self.follow(turn, &situation, asker, &choice);
         }
     }
 
     /// Does what was chosen for a robot.
-    fn follow(&mut self, turn: &mut Turn, asker: &Asker, choice: &Choice) {
+    fn follow(&mut self, turn: &mut Turn, situation: &Situation, asker: &Asker, choice: &Choice) {
         let robot = asker.robot;
         let Some(request) = self.state.requests.get(&robot).copied() else { return };
         if choice.chosen.is_some() || !request.decided {
             let id = self.state.next_decision;
-            let decision = Decision::new(id, turn.now, request.id, self.policy.choose, asker, choice);
+            let policy = self.policy.choose;
+            let decision = Decision::new(id, turn.now, request.id, policy, situation, asker, choice);
             self.record(turn, Fact::Decided(decision));
         }
         let Some(pile) = choice.chosen else {

@@ -31,23 +31,23 @@ const MIN_HOLD: DurationMs = DurationMs(120_000);
 const UNKNOWN_TASK: f64 = 0.3;
 
 /// What a pile is to all robots alike.
-struct Seat {
-    availability: Option<Availability>,
+pub(super) struct Seat {
+    pub availability: Option<Availability>,
     /// The share of its charge still ahead.
-    remaining: f64,
+    pub remaining: f64,
     /// When it is free, in seconds from now; none if nobody knows.
-    free_in_s: Option<f64>,
-    next_is_open: bool,
-    holder: Option<Holder>,
+    pub free_in_s: Option<f64>,
+    pub next_is_open: bool,
+    pub holder: Option<Holder>,
 }
 
 /// A robot that waits, as it was heard last.
-struct Seen<'a> {
-    config: &'a RobotConfig,
-    energy: EnergyJ,
+pub(super) struct Seen<'a> {
+    pub config: &'a RobotConfig,
+    pub energy: EnergyJ,
     /// What a metre takes, in joules.
-    per_metre_j: f64,
-    ways: Arc<Ways>,
+    pub per_metre_j: f64,
+    pub ways: Arc<Ways>,
 }
 
 impl Coordinator {
@@ -61,7 +61,7 @@ impl Coordinator {
             let seen = self.observed.robots.get(robot).and_then(|seen| seen.last);
             let Some((position, energy)) = seen else { continue };
             let ways = self.ways(turn, *robot, position);
-            askers.push(self.asker(turn.now, &config, request, energy, ways, &seats));
+            askers.push(self.asker(turn.now, &config, request, (position, energy), ways, &seats));
         }
         Situation { askers }
     }
@@ -71,7 +71,7 @@ impl Coordinator {
         now: SiteMillis,
         config: &RobotConfig,
         request: &Request,
-        energy: EnergyJ,
+        (position, energy): (Position, EnergyJ),
         ways: Arc<Ways>,
         seats: &[Seat],
     ) -> Asker {
@@ -86,6 +86,8 @@ impl Coordinator {
         let piles = self.site.piles.iter().zip(seats);
         Asker {
             robot: config.id,
+            position,
+            energy,
             asked_at: request.asked_at,
             waited_s,
             urgency: priority::urgency(share, request.priority, waited_s),
@@ -96,7 +98,7 @@ impl Coordinator {
         }
     }
 
-    fn offer(&self, now: SiteMillis, seen: &Seen<'_>, pile: &SitePile, seat: &Seat) -> Offer {
+    pub(super) fn offer(&self, now: SiteMillis, seen: &Seen<'_>, pile: &SitePile, seat: &Seat) -> Offer {
         let config = seen.config;
         let lacking = EnergyJ::clamped(config.full.get() - seen.energy.get());
         let planned = charge::planned_time([lacking], pile.power_w, PILE.eta);
@@ -124,7 +126,8 @@ impl Coordinator {
                 back_s: self.drive_s(config, back),
             }
         });
-        Offer { candidate, next_is_open: seat.next_is_open, holder: seat.holder, times }
+        let Seat { free_in_s, next_is_open, holder, .. } = *seat;
+        Offer { candidate, free_in_s, next_is_open, holder, times }
     }
 
     fn seat(&self, pile: &SitePile, left_w: f64, now: SiteMillis) -> Seat {

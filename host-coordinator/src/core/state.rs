@@ -201,6 +201,20 @@ pub struct Totals {
     pub worst_wait: DurationMs,
 }
 
+impl Totals {
+    /// The mean time from first asking to a pile's acceptance, in seconds; 0 if no pile has accepted any.
+    #[must_use]
+    pub fn mean_wait_s(&self) -> f64 {
+        if self.served == 0 { 0.0 } else { self.waited_ms as f64 / 1000.0 / self.served as f64 }
+    }
+
+    /// The longest of those.
+    #[must_use]
+    pub fn worst_wait_s(&self) -> f64 {
+        f64::from(self.worst_wait.0) / 1000.0
+    }
+}
+
 impl State {
     /// The state after these events.
     #[must_use]

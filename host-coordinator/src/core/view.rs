@@ -261,8 +261,6 @@ impl Coordinator {
 
     fn totals_view(&self, now: SiteMillis) -> TotalsView {
         let totals = &self.state.totals;
-        let seconds = |millis: u64| millis as f64 / 1000.0;
-        let mean = if totals.served == 0 { 0.0 } else { seconds(totals.waited_ms) / totals.served as f64 };
         let waiting = self.state.requests.values().filter(|request| request.place == Place::Waiting);
         TotalsView {
             requests: totals.requests,
@@ -271,8 +269,8 @@ impl Coordinator {
             granted_w: self.granted_w(now),
             power_cap_w: self.policy.power_cap_w,
             energy_j: totals.energy_j,
-            mean_wait_s: mean,
-            worst_wait_s: seconds(totals.worst_wait.0.into()),
+            mean_wait_s: totals.mean_wait_s(),
+            worst_wait_s: totals.worst_wait_s(),
             waiting: waiting.count(),
             stranded: self.state.stranded.len(),
         }
@@ -303,7 +301,7 @@ impl ChargeView {
 }
 
 impl LeaseView {
-    const fn new(lease: &Lease) -> Self {
+    pub(super) const fn new(lease: &Lease) -> Self {
         Self {
             id: lease.name.lease.0,
             epoch: lease.name.epoch.0,

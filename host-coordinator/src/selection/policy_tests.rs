@@ -1,7 +1,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::{collection::vec, option, prelude::*};
-use protocol::{Availability, PileId, RobotId, SiteMillis, TaskPriority};
+use protocol::{Availability, CoordinateM, EnergyJ, PileId, Position, RobotId, SiteMillis, TaskPriority};
 
 use super::*;
 use crate::selection::{Asker, Candidate, Holder, Offer, Stage, Times, Verdict, priority};
@@ -41,10 +41,13 @@ fn asker(number: u16, asked_s: u64, share: f64, piles: &[Pile], distances: &[Opt
             charge_s: 100.0,
             back_s: distance,
         });
-        Offer { candidate, next_is_open: what.next_is_open, holder: what.holder, times }
+        let free_in_s = Some(what.free_in_s);
+        Offer { candidate, free_in_s, next_is_open: what.next_is_open, holder: what.holder, times }
     });
     Asker {
         robot: RobotId(number),
+        position: Position { x: CoordinateM::default(), y: CoordinateM::default() },
+        energy: EnergyJ::MIN,
         asked_at: SiteMillis(asked_s * 1_000),
         waited_s,
         urgency: priority::urgency(share, TaskPriority::USUAL, waited_s),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use protocol::{Availability, PileId, RobotId, SiteMillis, TaskPriority};
+use protocol::{Availability, EnergyJ, PileId, Position, RobotId, SiteMillis, TaskPriority};
 use serde::{Deserialize, Serialize};
 
 use super::multistage::Candidate;
@@ -19,6 +19,10 @@ pub struct Situation {
 pub struct Asker {
     /// Which robot.
     pub robot: RobotId,
+    /// Where it is.
+    pub position: Position,
+    /// What its battery holds.
+    pub energy: EnergyJ,
     /// When it asked first.
     pub asked_at: SiteMillis,
     /// For how long it has waited, in seconds.
@@ -41,6 +45,8 @@ pub struct Asker {
 pub struct Offer {
     /// What LMPP's choice knows of it.
     pub candidate: Candidate,
+    /// When it is free, in seconds from now; none if nobody knows.
+    pub free_in_s: Option<f64>,
     /// Whether it is occupied and promised to nobody, so that it could be this robot's next.
     pub next_is_open: bool,
     /// Who is charged there, if that can be cut short.
@@ -51,7 +57,7 @@ pub struct Offer {
 
 /// A robot whose charge can be cut short: it has been charged for a while, and has enough to do its next
 /// task and to reach a pile after that.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Holder {
     /// Which robot.
     pub robot: RobotId,

@@ -7,6 +7,7 @@ mod keys;
 mod map;
 mod plan;
 mod provision;
+mod replay;
 mod reproduce;
 mod select;
 mod simulate;

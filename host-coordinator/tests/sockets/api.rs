@@ -90,11 +90,16 @@ async fn the_state_has_the_promised_form() {
     assert_eq!(
         keys(decision),
         [
+            "asked_at_ms",
             "at_ms",
+            "beside",
             "chosen",
+            "energy_j",
             "explanations",
             "id",
+            "is_critical",
             "policy",
+            "position",
             "reach",
             "request",
             "robot",
@@ -107,7 +112,20 @@ async fn the_state_has_the_promised_form() {
     let chosen = &decision["explanations"].as_array().unwrap().iter().find(|row| row["verdict"] == "chosen");
     assert_eq!(
         keys(chosen.unwrap()),
-        ["distance", "pile", "probability", "reason", "score", "stage", "times", "verdict"]
+        [
+            "availability",
+            "distance",
+            "free_in_s",
+            "next_is_open",
+            "pile",
+            "probability",
+            "reason",
+            "remaining",
+            "score",
+            "stage",
+            "times",
+            "verdict"
+        ]
     );
     assert_eq!(keys(&chosen.unwrap()["times"]), ["back_s", "charge_s", "doors_s", "drive_s", "free_in_s"]);
     assert_eq!(

@@ -51,6 +51,7 @@ pub struct PileRow {
 /// What a pile does with its one place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(rename_all = "snake_case")]
 pub enum Availability {
     /// Nobody is here and nobody is expected.
     Free,

@@ -1,16 +1,27 @@
 //! Whole runs.
 
-use protocol::DurationMs;
+use protocol::{DurationMs, Millis};
 
 use super::*;
-use crate::config::Policy;
+use crate::{
+    config::Policy,
+    core::{
+        Event,
+        replay::{Anew, Replay},
+    },
+    selection::PolicyName,
+};
 
 const MINUTE: u32 = 60_000;
 
 fn ground(robots: u16, piles: usize) -> Ground {
+    ground_with(robots, piles, Policy::default())
+}
+
+fn ground_with(robots: u16, piles: usize, policy: Policy) -> Ground {
     let mut site = Site::fig7().unwrap();
     site.piles.truncate(piles);
-    Ground::new(&Arc::new(site), Policy::default(), robots)
+    Ground::new(&Arc::new(site), policy, robots)
 }
 
 fn trial(seed: u64, robots: u16, minutes: u32, faults: Faults) -> Trial {
@@ -62,4 +73,50 @@ fn many_runs_on_all_processors_are_the_same_as_one_after_the_other() {
     let together = campaign::run(&ground, &first, 5, |_| {});
     let apart: Vec<_> = (7..12).map(|seed| Trial { seed, ..first.clone() }.run(&ground)).collect();
     assert_eq!(together, apart);
+}
+
+/// What the coordinator of a run recorded.
+fn log(ground: &Ground, trial: &Trial) -> Vec<Event> {
+    let mut run = run::Run::new(ground, trial);
+    run.run_until(Millis(trial.duration.0.into()));
+    run.office.log
+}
+
+/// The decisions of a log, taken anew.
+fn anew(events: &[Event], robots: u16, piles: usize, policy: Policy) -> Vec<Anew> {
+    let mut replay = Replay::new(ground_with(robots, piles, policy).coordinator);
+    let mut anew: Vec<_> = events.iter().flat_map(|event| replay.follow(event)).collect();
+    anew.extend(replay.finish());
+    anew
+}
+
+#[test]
+fn a_decision_taken_anew_from_the_log_is_the_one_that_was_taken() {
+    for choose in PolicyName::ALL {
+        let policy = Policy { choose, ..Policy::default() };
+        let events = log(&ground_with(30, 5, policy), &trial(11, 30, 25, Faults::ALL));
+        let anew = anew(&events, 30, 5, policy);
+        let chosen = |anew: &Anew| anew.would_be.as_ref().map(|would_be| would_be.chosen);
+        let same = anew.iter().filter(|anew| chosen(anew) == Some(anew.was.chosen)).count();
+        // Of robots that wait beside others the log tells only what was known when they were decided.
+        assert!(anew.len() > 30 && same * 100 >= anew.len() * 93, "{choose}: {same} of {}", anew.len());
+    }
+}
+
+#[test]
+fn a_log_taken_anew_with_doors_closed_knows_the_longer_ways() {
+    let policy = Policy::default();
+    let events = log(&ground(30, 5), &trial(11, 30, 25, Faults::NONE));
+    let anew = anew(&events, 30, 5, Policy { theta: 0.1, ..policy });
+    let rows = anew.iter().flat_map(|anew| {
+        let would_be = anew.would_be.as_ref().unwrap();
+        anew.was.explanations.iter().zip(&would_be.explanations)
+    });
+    let ways: Vec<_> = rows.map(|(was, would_be)| (was.distance, would_be.distance)).collect();
+    assert!(ways.iter().all(|(was, would_be)| match (was, would_be) {
+        (Some(was), Some(would_be)) => would_be >= was,
+        (_, would_be) => would_be.is_none(),
+    }));
+    let longer = ways.iter().filter(|(was, would_be)| was != would_be).count();
+    assert!(longer > 0 && longer < ways.len(), "{longer} of {}", ways.len());
 }
