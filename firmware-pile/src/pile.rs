@@ -10,8 +10,9 @@ use firmware_common::{
     reader::TagRead,
 };
 use protocol::{
-    Ack, Availability, ClearFault, CommandId, DeviceId, DurationMs, EndReason, FaultCode, FrameError,
-    Message, Millis, Nack, NackReason, PileRow, PileState, Provision, Reference, SiteMillis, TagId,
+    Ack, Availability, ClearFault, CommandId, CurrentA, DeviceId, DurationMs, EndReason, FaultCode,
+    FrameError, Message, Millis, Nack, NackReason, PileRow, PileState, Provision, Reference, SiteMillis,
+    TagId,
 };
 
 use crate::{
@@ -106,6 +107,8 @@ impl ChargingPile {
                 holder: None,
                 energised: false,
                 ended: None,
+                standing: None,
+                current: None,
             }),
             counters,
             unsaved: Unsaved::new(Lasting { epoch, latched, counters }),
@@ -149,7 +152,7 @@ impl ChargingPile {
             _ if !self.faults.standing().is_empty() => Availability::Fault,
             Some(lease) if lease.charge.is_some() => Availability::Charging,
             Some(_) => Availability::Reserved,
-            None if self.served.is_some() => Availability::Done,
+            None if self.standing().is_some() => Availability::Done,
             None => Availability::Free,
         }
     }
@@ -311,6 +314,12 @@ impl ChargingPile {
         say(messages, To::Provisioner, answered(Reference::Command(provision.command), answer));
     }
 
+    /// Who stands here, or has not yet gone, without a lease.
+    fn standing(&self) -> Option<TagId> {
+        let holder = self.leases.current().map(|lease| lease.tag);
+        self.presence.tags(self.now).chain(self.served).find(|standing| Some(*standing) != holder)
+    }
+
     /// Whether a robot stands here, or has not yet gone, that is not the one with `tag`.
     fn is_taken_from(&self, tag: TagId) -> bool {
         self.presence.tags(self.now).chain(self.served).any(|standing| standing != tag)
@@ -462,6 +471,12 @@ impl ChargingPile {
             holder: lease.map(|lease| lease.name),
             energised: self.energised(),
             ended: self.leases.ended(),
+            standing: self.standing(),
+            current: self
+                .safety
+                .sample(self.now)
+                .and_then(|sample| sample.readings.current_a)
+                .map(CurrentA::clamped),
         }
     }
 

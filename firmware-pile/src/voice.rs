@@ -89,7 +89,14 @@ impl Voice {
 
 fn differ(a: &PileState, b: &PileState) -> bool {
     let discrete = |state: &PileState| {
-        (state.row.availability, state.row.planned, state.holder, state.energised, state.ended)
+        (
+            state.row.availability,
+            state.row.planned,
+            state.holder,
+            state.energised,
+            state.ended,
+            state.standing,
+        )
     };
     discrete(a) != discrete(b) || (a.row.remaining.get() - b.row.remaining.get()).abs() >= REMAINING_STEP
 }

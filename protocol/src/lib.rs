@@ -56,7 +56,7 @@
 //! | message | bytes |
 //! |---|---|
 //! | `Hello` | 11 |
-//! | `PileState` | 71 |
+//! | `PileState` | 89 |
 //! | `PileTable` | 242 |
 //! | `Grant` | 47 |
 //! | `Revoke` | 25 |

@@ -163,7 +163,7 @@ enums! {
         StoreFailed
     }
     Topic { State, Faults, Passes, Table, Parameters }
-    Activity { Working, Waiting, Approaching, Docked, Stranded }
+    Activity { Working, Waiting, Approaching, Docked, Stranded, Charging }
     UnassignedReason { AllTaken, OutOfReach }
     ChassisRefusal {
         ForwardSpeed,
@@ -201,7 +201,7 @@ enums! {
 structs! {
     Hello { min, current, software, epoch }
     PileRow { pile, boot, version, stamp, availability, remaining, planned }
-    PileState { row, elapsed, holder, energised, ended }
+    PileState { row, elapsed, holder, energised, ended, standing, current }
     PileTable { rows }
     LeaseRef { epoch, lease, robot }
     EndedLease { lease, reason, charged }

@@ -64,6 +64,12 @@ fn a_stranger_at_the_contacts_occupies_the_pile() {
     bench.wait(100);
     let grant = bench.grant(1, 1, 3, 1_000.0);
     assert_eq!(bench.send(grant), nack(&grant, NackReason::Occupied));
+    assert_eq!(bench.pile.availability(), Availability::Done, "others see that the pile is no use");
+    let told = bench.sent.iter().rev().find_map(|message| match message {
+        Message::PileState(state) => Some(*state),
+        _ => None,
+    });
+    assert_eq!(told.unwrap().standing, Some(tag(9)));
     bench.standing = Some((tag(9), -80));
     bench.wait(3_000);
     let again = bench.grant(1, 1, 3, 1_000.0);

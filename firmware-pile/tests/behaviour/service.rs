@@ -31,7 +31,7 @@ fn each_topic_has_its_answer_and_only_once() {
     let [Message::PileState(state), Message::PileReadings(readings)] = &answers[..] else {
         panic!("{answers:?}")
     };
-    assert_eq!((state.row.availability, state.energised), (Availability::Free, false));
+    assert_eq!((state.row.availability, state.energised), (Availability::Done, false));
     assert!(readings.mains && readings.mated && !readings.contactor_closed && !readings.emergency_stop);
     assert!(readings.voltage.is_some_and(|voltage| (20.0..30.0).contains(&voltage.get())), "{readings:?}");
     assert_eq!(readings.current_limit.get(), 0.0);

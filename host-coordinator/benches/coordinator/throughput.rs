@@ -221,6 +221,8 @@ impl Fleet {
             holder: pile.lease,
             energised: pile.charging_since.is_some(),
             ended: pile.ended,
+            standing: None,
+            current: None,
         };
         self.pile_says(at, Message::PileState(state));
     }

@@ -142,7 +142,7 @@ fn line(progress: &Progress) -> String {
         count(Activity::Working),
         count(Activity::Waiting),
         count(Activity::Approaching),
-        count(Activity::Docked),
+        count(Activity::Docked) + count(Activity::Charging),
         count(Activity::Stranded),
         progress.charges_completed,
     )

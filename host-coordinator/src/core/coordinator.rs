@@ -8,9 +8,9 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use planning::lmpp::Lmpp;
 use protocol::{
-    Ack, Activity, Availability, BootEpoch, ChargeReport, DeviceId, Epoch, Fault, Frame, Hello, LeaseId,
-    LeaseRef, Message, PassReport, PileFaults, PileId, Reference, RobotId, RobotState, SiteMillis, TagId,
-    TimeSync, version,
+    Ack, Activity, Availability, BootEpoch, ChargeReport, DeviceId, DurationMs, Epoch, Fault, Frame, Hello,
+    LeaseId, LeaseRef, Message, PassReport, PileFaults, PileId, Reference, RobotId, RobotState, SiteMillis,
+    TagId, TimeSync, version,
 };
 
 use super::{
@@ -128,6 +128,7 @@ impl Coordinator {
         match input {
             Input::Started { boot_floor } => {
                 self.observed = Observed { started: now, queue_is_due: true, ..Observed::default() };
+                self.note_clock(&mut turn);
                 let boot = BootEpoch(self.state.boot.0.saturating_add(1)).max(boot_floor);
                 self.record(&mut turn, Fact::Started { boot });
                 self.start_epoch(&mut turn, Epoch(0), LeaseId(1));
@@ -140,7 +141,10 @@ impl Coordinator {
                 turn.concerned.device(frame.header.sender);
                 self.hear(&mut turn, frame);
             }
-            Input::Tick => turn.concerned.everybody(),
+            Input::Tick => {
+                turn.concerned.everybody();
+                self.compare_words(&mut turn);
+            }
         }
         let robots = self.concerned_robots(&turn);
         self.withdraw_requests(&mut turn, &robots);
@@ -172,6 +176,19 @@ impl Coordinator {
             DeviceId::Coordinator | DeviceId::Chassis(_) | DeviceId::Service | DeviceId::Factory => false,
             DeviceId::Pile(pile) => self.site.pile(pile).is_some(),
             DeviceId::Robot(robot) => self.robots.contains_key(&robot),
+        }
+    }
+
+    /// A start at an earlier time than the log has reached.
+    fn note_clock(&mut self, turn: &mut Turn) {
+        let by = self.state.last_at.since(turn.now);
+        if by > DurationMs(0) {
+            self.record(turn, Fact::ClockSetBack { by });
+            turn.warn(format!(
+                "this computer's clock is {:.0} s behind the event log: leases that were granted before may last \
+                 so much longer; set the clock",
+                by.as_seconds()
+            ));
         }
     }
 
@@ -320,7 +337,13 @@ impl Coordinator {
                 self.record(turn, Fact::Stranded { robot });
                 turn.warn(format!("robot {robot} has stranded: help has to come"));
             }
-            Activity::Working | Activity::Waiting | Activity::Approaching | Activity::Docked if stranded => {
+            Activity::Working
+            | Activity::Waiting
+            | Activity::Approaching
+            | Activity::Docked
+            | Activity::Charging
+                if stranded =>
+            {
                 self.record(turn, Fact::Recovered { robot });
             }
             _ => {}

@@ -216,6 +216,35 @@ pub enum Fact {
         /// Whether it is there now.
         active: bool,
     },
+    /// A pile and a robot say what cannot both be right, for long.
+    Contradicted {
+        /// Which pile.
+        pile: PileId,
+        /// Who, if that is known.
+        robot: Option<RobotId>,
+        /// What.
+        what: Contradiction,
+    },
+    /// They do not any more.
+    ContradictionOver {
+        /// Which pile.
+        pile: PileId,
+    },
+    /// A pile or robot was not heard for too long.
+    FellSilent {
+        /// Who.
+        who: Device,
+    },
+    /// It is heard again.
+    HeardAgain {
+        /// Who.
+        who: Device,
+    },
+    /// The coordinator started at an earlier time than its log had reached: its computer's clock went back.
+    ClockSetBack {
+        /// By how much, at least.
+        by: DurationMs,
+    },
     /// A robot cannot move any more: help has to come.
     Stranded {
         /// Who.
@@ -226,6 +255,28 @@ pub enum Fact {
         /// Who.
         robot: RobotId,
     },
+}
+
+/// What a pile and a robot say that cannot both be right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Contradiction {
+    /// A robot stands at a pile without a lease, by the pile's reader or by its own word.
+    Unleased,
+    /// A robot says that it is charged, and the pile that holds to its lease measures no current.
+    NoCurrent,
+    /// A pile gives current to the robot of its lease, which says that it is not docked.
+    NotDocked,
+}
+
+/// Who can fall silent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Device {
+    /// A pile.
+    Pile(PileId),
+    /// A robot.
+    Robot(RobotId),
 }
 
 /// How a pile is told of a grant or a revocation: repeated until answered or out of time.
@@ -258,6 +309,10 @@ pub enum RevokeReason {
     Stranded,
     /// Its robot has enough to work on, and a critical one needs the pile.
     Preempted,
+    /// Another robot stands there, without a lease.
+    Occupied,
+    /// Its robot says that it is charged, and the pile measures no current.
+    NoCurrent,
     /// The pile did not answer in time.
     Unanswered,
     /// The pile reserves its place under a lease that this coordinator does not know.

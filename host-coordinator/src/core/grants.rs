@@ -18,7 +18,7 @@ use protocol::{
 
 use super::{
     coordinator::Coordinator,
-    event::{Command, Fact, LeaseEnd, RevokeReason},
+    event::{Command, Contradiction, Fact, LeaseEnd, RevokeReason},
     state::{Lease, Phase, Place},
     turn::Turn,
 };
@@ -196,8 +196,15 @@ impl Coordinator {
 
     fn reason_to_revoke(&self, pile: PileId, lease: &Lease, now: SiteMillis) -> Option<RevokeReason> {
         let robot = lease.name.robot;
-        if !lease.is_wanted() || self.is_charging(pile, lease) {
+        let contradicted = self.contradicted(pile);
+        if !lease.is_wanted() {
             None
+        } else if contradicted == Some((Contradiction::NoCurrent, Some(robot))) {
+            Some(RevokeReason::NoCurrent)
+        } else if self.is_charging(pile, lease) {
+            None
+        } else if matches!(contradicted, Some((Contradiction::Unleased, other)) if other != Some(robot)) {
+            Some(RevokeReason::Occupied)
         } else if self.state.stranded.contains(&robot) {
             Some(RevokeReason::Stranded)
         } else if self.is_back_at_work(robot) || self.ignores_its_assignment(robot, now) {
@@ -299,6 +306,9 @@ impl Coordinator {
         let lost = self.state.stranded.contains(&robot) || self.observed.robot_is_silent(robot, turn.now);
         match availability {
             Some(Availability::Free) if !lost => self.grant(turn, pile, robot),
+            Some(Availability::Done) if !lost && self.stands_at(robot, pile, turn.now) => {
+                self.grant(turn, pile, robot);
+            }
             Some(Availability::Charging | Availability::Reserved) if !lost => {}
             Some(Availability::Done) if !lost && !self.is_blocked(pile, turn.now) => {}
             None if unheard && !self.observed.pile_is_silent(pile, turn.now) => {}

@@ -17,6 +17,7 @@
 //! | `power` | all piles together are given no more than the facility has |
 //! | `turn` | a step in the making, and whom it concerns |
 //! | `grants` | leases: granted, extended, taken back, ended |
+//! | [`contradictions`] | what piles and robots say that cannot both be right, and who is silent |
 //! | `queue` | robots that ask: who waits, who is given which pile, what they are told |
 //! | `situation` | what is known of all robots that wait, as the policies take it |
 //! | [`consumption`] | what a robot is seen to take for a metre |
@@ -25,6 +26,7 @@
 //! | [`view`] | what a person sees; its map is drawn in `site_view` |
 
 pub mod consumption;
+pub mod contradictions;
 pub mod coordinator;
 pub mod decision;
 pub mod event;

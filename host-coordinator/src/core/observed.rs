@@ -10,7 +10,7 @@ use protocol::{
     RobotState, Sequence, SiteMillis, limits,
 };
 
-use super::{consumption::Consumption, routes::Ways};
+use super::{consumption::Consumption, contradictions::Seen, routes::Ways};
 
 /// Everything heard.
 #[derive(Debug, Default)]
@@ -25,6 +25,8 @@ pub struct Observed {
     pub queue_is_due: bool,
     /// When the queue was last served.
     pub queue_served_at: SiteMillis,
+    /// When what piles and robots say was last compared.
+    pub compared_at: SiteMillis,
 }
 
 /// The frames of one device.
@@ -78,6 +80,8 @@ pub struct SeenPile {
     pub since: SiteMillis,
     /// When it was last sent a command.
     pub commanded_at: Option<SiteMillis>,
+    /// What it and a robot say that cannot both be right, and since when.
+    pub contradiction: Option<(Seen, SiteMillis)>,
 }
 
 /// What was heard of a robot.

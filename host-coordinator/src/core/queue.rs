@@ -108,7 +108,7 @@ impl Coordinator {
             self.tell_to_wait(turn, robot, &request, reason);
             return;
         };
-        if self.availability(pile, turn.now) == Some(Availability::Free) {
+        if self.availability_for(robot, pile, turn.now) == Some(Availability::Free) {
             self.grant(turn, pile, robot);
             return;
         }

@@ -106,7 +106,10 @@ impl Coordinator {
         let way = seen.ways.get(&pile.id).copied();
         let candidate = Candidate {
             pile: pile.id,
-            availability: seat.availability,
+            availability: match seat.availability {
+                Some(Availability::Done) => self.availability_for(config.id, pile.id, now),
+                other => other,
+            },
             remaining: seat.remaining,
             distance: way.map(|way| way.length),
             probability: self.state.pass_frequency(config.id, period, pile.id),
@@ -206,6 +209,8 @@ impl Coordinator {
         let promised = self.state.next(pile).is_some();
         let lease = self.state.lease(pile);
         Some(match reported {
+            // By the word of a robot that its reader does not see.
+            Availability::Free if self.contradicted(pile).is_some() => Availability::Done,
             Availability::Free if lease.is_some() || promised => Availability::Reserved,
             Availability::Charging if promised || lease.is_some_and(|lease| !lease.is_wanted()) => {
                 Availability::Reserved
@@ -214,13 +219,27 @@ impl Coordinator {
         })
     }
 
+    /// What a pile can be used for by one robot: it may stand there without a lease, where nobody else can be.
+    pub(super) fn availability_for(
+        &self,
+        robot: RobotId,
+        pile: PileId,
+        now: SiteMillis,
+    ) -> Option<Availability> {
+        let unpromised = self.state.lease(pile).is_none() && self.state.next(pile).is_none();
+        if unpromised && self.stands_at(robot, pile, now) {
+            return Some(Availability::Free);
+        }
+        self.availability(pile, now)
+    }
+
     /// Whether an occupied pile can be promised to a robot. One whose robot is charged is free soon, or
     /// nobody knows when: it is not.
     fn next_is_open(&self, pile: PileId, now: SiteMillis) -> bool {
         let occupied =
             matches!(self.availability(pile, now), Some(Availability::Charging | Availability::Reserved));
         let wanted = self.state.lease(pile).is_none_or(|lease| lease.is_wanted());
-        occupied && wanted && self.state.next(pile).is_none()
+        occupied && wanted && self.state.next(pile).is_none() && self.contradicted(pile).is_none()
     }
 
     /// A robot's ways to all piles; none from a place where no robot can be.

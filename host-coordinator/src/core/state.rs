@@ -12,7 +12,7 @@ use protocol::{
 
 use super::{
     decision::Decision,
-    event::{Command, Event, Fact, LeaseEnd, RevokeReason},
+    event::{Command, Contradiction, Device, Event, Fact, LeaseEnd, RevokeReason},
     profile::TaskProfile,
 };
 
@@ -47,6 +47,10 @@ pub struct State {
     pub decisions: VecDeque<Decision>,
     /// The newest charges, newest first.
     pub charges: VecDeque<Charge>,
+    /// Who was not heard for too long.
+    pub silent: BTreeSet<Device>,
+    /// When the last event happened.
+    pub last_at: SiteMillis,
     /// Robots that wait for help.
     pub stranded: BTreeSet<RobotId>,
     /// Sums for the operator.
@@ -68,6 +72,27 @@ pub struct PileRecord {
     pub pass_report: Option<ReportId>,
     /// The last charge report.
     pub charge_report: Option<ReportId>,
+    /// What it and a robot say that cannot both be right.
+    pub contradiction: Option<Contradicted>,
+}
+
+/// A contradiction that lasts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contradicted {
+    /// What.
+    pub what: Contradiction,
+    /// With whom, if that is known.
+    pub robot: Option<RobotId>,
+    /// Since when it is recorded.
+    pub since: SiteMillis,
+}
+
+impl Contradicted {
+    /// What, and with whom.
+    #[must_use]
+    pub const fn seen(&self) -> (Contradiction, Option<RobotId>) {
+        (self.what, self.robot)
+    }
 }
 
 /// A charge that is over, as its pile told of it.
@@ -253,6 +278,7 @@ impl State {
     /// Takes one event in. An event that names what is not there changes nothing.
     pub fn apply(&mut self, event: &Event) {
         let at = event.at;
+        self.last_at = at;
         match &event.fact {
             Fact::Started { boot } => self.boot = self.boot.max(*boot),
             Fact::EpochStarted { epoch, next_lease } => self.start_epoch(*epoch, *next_lease),
@@ -369,6 +395,16 @@ impl State {
                     record.faults.remove(code);
                 }
             }
+            Fact::Contradicted { pile, robot, what } => {
+                let contradiction = Contradicted { what: *what, robot: *robot, since: at };
+                self.piles.entry(*pile).or_default().contradiction = Some(contradiction);
+            }
+            Fact::ContradictionOver { pile } => {
+                self.piles.entry(*pile).or_default().contradiction = None;
+            }
+            Fact::FellSilent { who } => _ = self.silent.insert(*who),
+            Fact::HeardAgain { who } => _ = self.silent.remove(who),
+            Fact::ClockSetBack { .. } => {}
             Fact::Stranded { robot } => {
                 self.stranded.insert(*robot);
             }
@@ -448,7 +484,11 @@ impl State {
                 self.totals.preempted = self.totals.preempted.saturating_add((!again).into());
                 self.close_at(name.robot, pile);
             }
-            RevokeReason::Stranded | RevokeReason::Unanswered | RevokeReason::Unknown => {
+            RevokeReason::Stranded
+            | RevokeReason::Occupied
+            | RevokeReason::NoCurrent
+            | RevokeReason::Unanswered
+            | RevokeReason::Unknown => {
                 self.put_back(name.robot, Place::Granted(pile));
             }
         }

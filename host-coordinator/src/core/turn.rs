@@ -6,7 +6,7 @@ use protocol::{DeviceId, Message, PileId, RobotId, SiteMillis};
 
 use super::{
     coordinator::{Coordinator, Effect, Step},
-    event::Fact,
+    event::{Device, Fact},
     state::Place,
 };
 
@@ -47,7 +47,13 @@ impl Concerned {
                 self.everybody();
                 return;
             }
-            Fact::Asked { robot, .. }
+            Fact::FellSilent { who: Device::Pile(pile) }
+            | Fact::HeardAgain { who: Device::Pile(pile) }
+            | Fact::Contradicted { pile, .. }
+            | Fact::ContradictionOver { pile } => (Some(*pile), None),
+            Fact::FellSilent { who: Device::Robot(robot) }
+            | Fact::HeardAgain { who: Device::Robot(robot) }
+            | Fact::Asked { robot, .. }
             | Fact::Withdrawn { robot }
             | Fact::Stranded { robot }
             | Fact::Recovered { robot } => (None, Some(*robot)),
@@ -63,6 +69,7 @@ impl Concerned {
                 (Some(*pile), None)
             }
             Fact::Decided(_)
+            | Fact::ClockSetBack { .. }
             | Fact::TaskDone { .. }
             | Fact::Passed { .. }
             | Fact::Charged { .. }

@@ -12,6 +12,7 @@ pub use super::site_view::{DoorView, FrameView, SiteView, SubareaView};
 use super::{
     coordinator::Coordinator,
     decision::Decision,
+    event::Contradiction,
     state::{Charge, Lease, Phase, Place},
 };
 use crate::{config::RobotConfig, site::SitePile};
@@ -69,6 +70,19 @@ pub struct PileView {
     pub next: Option<RobotId>,
     /// `reader_silent`, `contactor_welded`, `contactor_stuck_open`.
     pub faults: Vec<&'static str>,
+    /// What it and a robot say that cannot both be right, if that lasts.
+    pub contradiction: Option<ContradictionView>,
+}
+
+/// What a pile and a robot say that cannot both be right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct ContradictionView {
+    /// `unleased`, `no_current`, `not_docked`.
+    pub what: Contradiction,
+    /// Which robot, if that is known.
+    pub robot: Option<RobotId>,
+    /// Since when.
+    pub since_ms: u64,
 }
 
 /// A lease.
@@ -121,7 +135,7 @@ pub struct RobotView {
     pub battery: f32,
     /// The same in joules.
     pub energy_j: f32,
-    /// `working`, `waiting`, `approaching`, `docked`, `stranded`, or `unknown` when it was silent
+    /// `working`, `waiting`, `approaching`, `docked`, `charging`, `stranded`, or `unknown` when it was silent
     /// for long.
     pub activity: &'static str,
     /// The pile that it is to use.
@@ -226,6 +240,12 @@ impl Coordinator {
             lease: lease.map(LeaseView::new),
             next: self.state.next(pile.id),
             faults: faults.into_iter().flatten().map(|fault| fault_name(*fault)).collect(),
+            contradiction: self
+                .state
+                .piles
+                .get(&pile.id)
+                .and_then(|record| record.contradiction)
+                .map(|seen| ContradictionView { what: seen.what, robot: seen.robot, since_ms: seen.since.0 }),
         }
     }
 
@@ -239,6 +259,7 @@ impl Coordinator {
             Some(Activity::Waiting) => "waiting",
             Some(Activity::Approaching) => "approaching",
             Some(Activity::Docked) => "docked",
+            Some(Activity::Charging) => "charging",
             Some(Activity::Stranded) => "stranded",
         };
         let last = seen.and_then(|seen| seen.last);

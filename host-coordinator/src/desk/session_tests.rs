@@ -190,7 +190,15 @@ fn row(pile: u16) -> PileRow {
 }
 
 fn state() -> PileState {
-    PileState { row: row(PILE.0), elapsed: DurationMs(0), holder: None, energised: false, ended: None }
+    PileState {
+        row: row(PILE.0),
+        elapsed: DurationMs(0),
+        holder: None,
+        energised: false,
+        ended: None,
+        standing: None,
+        current: None,
+    }
 }
 
 fn readings() -> protocol::PileReadings {

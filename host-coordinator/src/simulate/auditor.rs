@@ -212,7 +212,15 @@ mod tests {
             remaining: Fraction::MIN,
             planned: DurationMs(0),
         };
-        let said = PileState { row, elapsed: DurationMs(0), holder, energised: false, ended: None };
+        let said = PileState {
+            row,
+            elapsed: DurationMs(0),
+            holder,
+            energised: false,
+            ended: None,
+            standing: None,
+            current: None,
+        };
         Sight { said, live: false, at_contacts: Vec::new() }
     }
 

@@ -122,6 +122,7 @@ impl Robot {
             Mode::Working { .. } => Activity::Working,
             Mode::Waiting { .. } => Activity::Waiting,
             Mode::Approaching(_) => Activity::Approaching,
+            Mode::Docked { charge: Charge::Flowing { .. }, .. } => Activity::Charging,
             Mode::Docked { .. } => Activity::Docked,
             Mode::Stranded => Activity::Stranded,
         }

@@ -186,7 +186,7 @@ export class SiteMap {
     const node = this.#layers.robots.rows?.get(id);
     const robot = this.#model.robots.get(id);
     if (!node || !robot || !at) return;
-    const docked = robotState(robot) === "docked" && this.#model.piles.has(robot.pile);
+    const docked = ["docked", "charging"].includes(robotState(robot)) && this.#model.piles.has(robot.pile);
     const side = at[0] < this.#model.site.width / 2 ? 1 : -1;
     this.#put(node, at, docked ? side * BESIDE_PILE : 0);
     const route = this.#layers.routes.rows?.get(id);

@@ -14,6 +14,7 @@ const ROBOTS = {
   waiting: "waiting",
   approaching: "to",
   docked: "at",
+  charging: "charged at",
   stranded: "stranded",
   unknown: "unknown",
 };
@@ -92,6 +93,6 @@ export function pileLine(pile) {
 /** One line on what a robot does. */
 export function robotLine(robot) {
   const state = robotState(robot);
-  if (state !== "approaching" && state !== "docked") return ROBOTS[state];
+  if (!["approaching", "docked", "charging"].includes(state)) return ROBOTS[state];
   return robot.pile == null ? state : `${ROBOTS[state]} pile ${robot.pile}`;
 }

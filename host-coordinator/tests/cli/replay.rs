@@ -59,7 +59,15 @@ fn idle(pile: PileId) -> PileState {
         remaining: Fraction::default(),
         planned: DurationMs(0),
     };
-    PileState { row, elapsed: DurationMs(0), holder: None, energised: false, ended: None }
+    PileState {
+        row,
+        elapsed: DurationMs(0),
+        holder: None,
+        energised: false,
+        ended: None,
+        standing: None,
+        current: None,
+    }
 }
 
 #[test]

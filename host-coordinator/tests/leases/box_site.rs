@@ -15,6 +15,7 @@ use host_coordinator::{
     },
     site::Site,
 };
+use planning::grid::Cell;
 use protocol::{
     BootEpoch, DeviceId, DurationMs, EnergyJ, Frame, FrameError, LeaseId, Message, PileId, Recipient,
     RequestId, RobotId, Session, Sessions, SiteMillis, TagId, Trust, limits,
@@ -82,7 +83,8 @@ impl BoxSite {
         let site = Arc::new(site);
         let policy = Policy { lease: DurationMs(20_000), power_cap_w, ..Policy::default() };
         let mut random = Random::new(seed);
-        let free: Vec<_> = site.grid.free_cells().collect();
+        let is_pile = |cell: &Cell| site.piles.iter().any(|pile| pile.cell == *cell);
+        let free: Vec<_> = site.grid.free_cells().filter(|cell| !is_pile(cell)).collect();
         let robots: BTreeMap<_, _> = (1..=robots)
             .map(|number| {
                 let id = RobotId(number);
@@ -97,6 +99,7 @@ impl BoxSite {
                     mode: Mode::Working,
                     energy: FULL_J * (0.3 + random.below(60) as f32 / 100.0),
                     position: site.position(cell),
+                    home: site.position(cell),
                     request: RequestId(0),
                     parts: BTreeMap::new(),
                     say_at: random.below(1000),
@@ -364,7 +367,10 @@ impl BoxSite {
                     }
                     let over = live_at.is_some_and(|at| now >= at + 2_000)
                         || (live_at.is_none() && now >= since + 60_000);
-                    robot.mode = if over { Mode::Working } else { Mode::Docked { pile, since, live_at } };
+                    robot.mode = Mode::Docked { pile, since, live_at };
+                    if over {
+                        (robot.mode, robot.position) = (Mode::Working, robot.home);
+                    }
                 }
             }
             let robot = self.robots.get_mut(&id).unwrap();

@@ -25,6 +25,8 @@ pub struct Robot {
     pub mode: Mode,
     pub energy: f32,
     pub position: Position,
+    /// Where it works.
+    pub home: Position,
     pub request: RequestId,
     pub parts: BTreeMap<u16, Vec<Position>>,
     pub say_at: u64,

@@ -211,14 +211,16 @@ impl Office {
     }
 }
 
-/// What tells a coordinator from others: all that its steps depend on. Decisions, charges and sums are for
-/// people; nothing is decided by them.
+/// What tells a coordinator from others: all that its steps depend on. Decisions, charges, sums, who is silent
+/// and when the last event was are for people; nothing is decided by them.
 fn canonical(state: &State, observed: &Observed) -> u64 {
     let mut state = state.clone();
     state.decisions.clear();
     state.charges.clear();
     state.next_decision = 0;
     state.totals = Default::default();
+    state.silent.clear();
+    state.last_at = Default::default();
     let mut digest = Digest(DefaultHasher::new());
     write!(digest, "{state:?}{observed:?}").unwrap();
     digest.0.finish()

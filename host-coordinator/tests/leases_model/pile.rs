@@ -171,6 +171,8 @@ impl Pile {
             holder: lease.map(|lease| lease.name),
             energised: charge.is_some(),
             ended: self.leases.ended(),
+            standing: None,
+            current: None,
         }
     }
 }

@@ -25,6 +25,10 @@ pub struct PileState {
     pub energised: bool,
     /// The lease that ended last since the pile's start, and why.
     pub ended: Option<EndedLease>,
+    /// Who stands at the contacts without a lease, as the reader sees: there may be more than one.
+    pub standing: Option<TagId>,
+    /// What flows out of the contacts, as measured; none if the sensor cannot be believed.
+    pub current: Option<CurrentA>,
 }
 
 /// What one pile said of itself: a row of the table Q.
@@ -59,7 +63,7 @@ pub enum Availability {
     Reserved,
     /// A robot is being charged.
     Charging,
-    /// The charge is over and the robot still stands here.
+    /// A robot stands here without a lease: its charge is over, or it never had one.
     Done,
     /// The pile must not be used.
     Fault,

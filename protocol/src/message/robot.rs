@@ -48,6 +48,8 @@ pub enum Activity {
     Docked,
     /// Cannot move any more.
     Stranded,
+    /// Stands at its pile, and current flows into its battery.
+    Charging,
 }
 
 /// A robot asks for a pile; repeated until answered (Access eq. 6's Psi).

@@ -54,6 +54,8 @@ pub fn messages() -> [(Message, &'static str, usize); 30] {
             holder: Some(LEASE),
             energised: true,
             ended: Some(EndedLease { lease: LEASE, reason: EndReason::Fault, charged: DurationMs::MAX }),
+            standing: Some(TAG),
+            current: Some(CurrentA::MAX),
         }),
         PileTable(PileTable { rows: full(ROW) }),
         Grant(Grant { head: HEAD, lease: LEASE, tag: TAG, expiry: SiteMillis::MAX, energy: EnergyJ::MAX }),

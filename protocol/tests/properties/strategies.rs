@@ -164,7 +164,7 @@ fn nack_reason() -> impl Strategy<Value = NackReason> {
 
 fn activity() -> impl Strategy<Value = Activity> {
     use Activity::*;
-    select(&[Working, Waiting, Approaching, Docked, Stranded][..])
+    select(&[Working, Waiting, Approaching, Docked, Stranded, Charging][..])
 }
 
 fn stop_reason() -> impl Strategy<Value = StopReason> {
@@ -275,15 +275,14 @@ fn site() -> impl Strategy<Value = Message> {
         (any::<(u8, u8, [u8; 3])>(), epoch()).prop_map(|((min, current, software), epoch)| Message::Hello(
             Hello { min, current, software, epoch }
         )),
-        (row(), duration(), option::of(lease()), any::<bool>(), option::of(ended())).prop_map(
-            |(row, elapsed, holder, energised, ended)| Message::PileState(PileState {
-                row,
-                elapsed,
-                holder,
-                energised,
-                ended
-            })
-        ),
+        (
+            (row(), duration(), option::of(lease()), any::<bool>(), option::of(ended())),
+            option::of(tag()),
+            option::of(current())
+        )
+            .prop_map(|((row, elapsed, holder, energised, ended), standing, current)| {
+                Message::PileState(PileState { row, elapsed, holder, energised, ended, standing, current })
+            }),
         some(row()).prop_map(|rows| Message::PileTable(PileTable { rows })),
         (head(), lease(), tag(), site_millis(), energy()).prop_map(|(head, lease, tag, expiry, energy)| {
             Message::Grant(Grant { head, lease, tag, expiry, energy })

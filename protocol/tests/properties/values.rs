@@ -64,10 +64,10 @@ fn nan_infinities_and_values_out_of_range_are_errors_wherever_a_quantity_stands(
     // Drive, and Odometry's three twists.
     let speed = no_values(SpeedMps::MIN.get(), SpeedMps::MAX.get());
     assert_eq!(refuses(&SpeedMps::MAX.get().to_le_bytes(), &speed), 2 * 4);
-    // The same, and the voltages and currents of ChassisState (2), PileReadings (3), PileParameters (2)
-    // and Provision (2).
+    // The same, and the voltages and currents of PileState (1), ChassisState (2), PileReadings (3),
+    // PileParameters (2) and Provision (2).
     let hundred = no_values(-100.0, 100.0);
-    assert_eq!(refuses(&TurnRateRadps::MAX.get().to_le_bytes(), &hundred), 4 + 9);
+    assert_eq!(refuses(&TurnRateRadps::MAX.get().to_le_bytes(), &hundred), 4 + 10);
     // PileReadings, PileParameters twice, Provision twice.
     let temperature = no_values(TemperatureC::MIN.get(), TemperatureC::MAX.get());
     assert_eq!(refuses(&TemperatureC::MAX.get().to_le_bytes(), &temperature), 5);

@@ -72,7 +72,7 @@ fn every_enum_keeps_its_ordinals() {
         MainsLost, StoreFailed
     } in v01::FAULT_CODES);
     check_enum!(Topic { State, Faults, Passes, Table, Parameters } in v01::TOPICS);
-    check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded } in v01::ACTIVITIES);
+    check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded, Charging } in v01::ACTIVITIES);
     check_enum!(UnassignedReason { AllTaken, OutOfReach } in v01::UNASSIGNED_REASONS);
     check_enum!(ChassisRefusal {
         ForwardSpeed, SidewaysSpeed, TurnRate, TimeToLive, Stopped, Moving, NotCleared, TooManyTasks

@@ -64,12 +64,13 @@ pub const TOPICS: [(Topic, &str); 5] = [
     (Topic::Parameters, "04"),
 ];
 
-pub const ACTIVITIES: [(Activity, &str); 5] = [
+pub const ACTIVITIES: [(Activity, &str); 6] = [
     (Activity::Working, "00"),
     (Activity::Waiting, "01"),
     (Activity::Approaching, "02"),
     (Activity::Docked, "03"),
     (Activity::Stranded, "04"),
+    (Activity::Charging, "05"),
 ];
 
 pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 2] =
@@ -360,10 +361,19 @@ fn site() -> [(Message, &'static str); 18] {
         holder: Some(LEASE),
         energised: true,
         ended: Some(EndedLease { lease: LEASE, reason: EndReason::Revoked, charged: DurationMs(1_000) }),
+        standing: Some(TAG),
+        current: Some(CurrentA::new(12.5).unwrap()),
     };
     let idle_row = PileRow { stamp: None, availability: Availability::Free, ..row() };
-    let idle =
-        PileState { row: idle_row, elapsed: DurationMs(0), holder: None, energised: false, ended: None };
+    let idle = PileState {
+        row: idle_row,
+        elapsed: DurationMs(0),
+        holder: None,
+        energised: false,
+        ended: None,
+        standing: None,
+        current: None,
+    };
     let mut rows = Vec::new();
     rows.extend([row(), idle_row]);
     let mut passes = Vec::new();
@@ -375,12 +385,13 @@ fn site() -> [(Message, &'static str); 18] {
     [
         // versions from 1 | to 2 | software 0.1.2 | epoch 300
         (Message::Hello(hello), "00 | 01 | 02 | 000102 | AC02"),
-        // row | elapsed | holder | energised | ended: lease, reason, charged
+        // row | elapsed | holder | energised | ended: lease, reason, charged | standing | current
         (
             Message::PileState(state),
-            "01 | 07 03 2C 0190A10F 02 0000003F C0CF24 | E0A712 | 01 020903 | 01 | 01 020903 02 E807",
+            "01 | 07 03 2C 0190A10F 02 0000003F C0CF24 | E0A712 | 01 020903 | 01 | 01 020903 02 E807 \
+             | 01 30751FEB705C5904E3D50D70 | 01 00004841",
         ),
-        (Message::PileState(idle), "01 | 07 03 2C 00 00 0000003F C0CF24 | 00 | 00 | 00 | 00"),
+        (Message::PileState(idle), "01 | 07 03 2C 00 00 0000003F C0CF24 | 00 | 00 | 00 | 00 | 00 | 00"),
         // two rows
         (
             Message::PileTable(PileTable { rows }),

@@ -284,7 +284,7 @@ impl Run<'_> {
                 rover.needs = Some((now, reachable));
                 self.tally.counts.requests += 1;
             }
-            Some(Activity::Docked) if contacts_live => {
+            Some(Activity::Docked | Activity::Charging) if contacts_live => {
                 if let Some((since, _)) = rover.needs.take() {
                     self.tally.waits_ms.push(now.since(since).0);
                 }

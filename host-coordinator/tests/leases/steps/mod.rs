@@ -1,5 +1,6 @@
 //! Single steps of the core: what a message means, and what follows from it.
 
+mod losing;
 mod piles;
 mod preemption;
 mod restarts;
@@ -35,6 +36,10 @@ struct Desk {
     elapsed: DurationMs,
     /// What the robots that ask will do next.
     task: Option<TaskId>,
+    /// Who stands at the piles that report, without a lease.
+    standing: Option<TagId>,
+    /// What flows out of them.
+    current: Option<CurrentA>,
 }
 
 impl Desk {
@@ -67,6 +72,8 @@ impl Desk {
             boot: BootEpoch(1),
             elapsed: DurationMs(0),
             task: None,
+            standing: None,
+            current: None,
         };
         desk.step(Input::Started { boot_floor: BootEpoch(0) });
         desk
@@ -130,7 +137,15 @@ impl Desk {
             remaining: Fraction::new(remaining).unwrap(),
             planned: DurationMs(10 * self.elapsed.0),
         };
-        let state = PileState { row, elapsed: self.elapsed, holder, energised: false, ended };
+        let state = PileState {
+            row,
+            elapsed: self.elapsed,
+            holder,
+            energised: false,
+            ended,
+            standing: self.standing,
+            current: self.current,
+        };
         self.hear(DeviceId::Pile(pile), Message::PileState(state));
     }
 

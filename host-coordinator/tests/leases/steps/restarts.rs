@@ -50,7 +50,15 @@ fn old_frames_and_frames_of_earlier_starts_are_not_heard() {
             remaining: Fraction::MIN,
             planned: DurationMs(0),
         };
-        let state = PileState { row, elapsed: DurationMs(0), holder: None, energised: false, ended: None };
+        let state = PileState {
+            row,
+            elapsed: DurationMs(0),
+            holder: None,
+            energised: false,
+            ended: None,
+            standing: None,
+            current: None,
+        };
         let header = Header::new(DeviceId::Pile(P), BootEpoch(boot), Sequence(sequence));
         Input::Frame(Frame { header, message: Message::PileState(state) })
     };
