@@ -66,6 +66,22 @@ impl MoveSet {
             Self::Sixteen => Length { straight: 0, diagonal: 2 * short - long, knight: long - short },
         }
     }
+
+    /// The moves of that way, each with how often: the finer ones (diagonal of 8, knight's of 16), the others.
+    pub(crate) fn open_way(self, dx: i32, dy: i32) -> [(Step, u32); 2] {
+        let (x, y) = (dx.signum(), dy.signum());
+        let is_wide = dx.abs() > dy.abs();
+        let along = if is_wide { (x, 0) } else { (0, y) };
+        let Length { straight, diagonal, knight } = self.open_length(dx, dy);
+        match self {
+            Self::Eight => [((x, y), diagonal), (along, straight)],
+            Self::Sixteen => {
+                let finer = if is_wide { (2 * x, y) } else { (x, 2 * y) };
+                let other = if straight > 0 { (along, straight) } else { ((x, y), diagonal) };
+                [(finer, knight), other]
+            }
+        }
+    }
 }
 
 /// Whether a robot may move from `from` by `step`: the corner rule.
@@ -209,6 +225,10 @@ mod tests {
             for cell in grid.free_cells() {
                 let open = moves.open_length(cell.x - from.x, cell.y - from.y);
                 assert_eq!(ways.length_to(cell), Some(open), "{moves:?} to {cell}");
+                let mut path = crate::path::Path::at(from);
+                let way = moves.open_way(cell.x - from.x, cell.y - from.y);
+                way.into_iter().for_each(|(step, count)| path.run(step, count));
+                assert_eq!((path.end(), path.length()), (cell, open), "{moves:?} to {cell}");
             }
         }
     }

@@ -111,10 +111,8 @@ proptest! {
         let mut workspace = Workspace::default();
         prop_assert_eq!(length(&Dijkstra::new(&grid, moves), map, ends, &mut workspace), shortest);
         prop_assert_eq!(length(&AStar::new(&grid, moves), map, ends, &mut workspace), shortest);
-        if moves == MoveSet::Eight {
-            let jps = Jps::new(grid.clone());
-            prop_assert_eq!(length(&jps, map, ends, &mut jps::Workspace::default()), shortest);
-        }
+        let jps = Jps::new(grid.clone(), moves);
+        prop_assert_eq!(length(&jps, map, ends, &mut jps::Workspace::default()), shortest);
     }
 
     #[test]

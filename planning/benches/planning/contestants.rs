@@ -36,58 +36,61 @@ pub struct Answer {
 /// A planner to be made for a map.
 pub struct Entry {
     pub name: &'static str,
+    /// Its moves.
+    pub moves: MoveSet,
     /// Whether it finds optimal lengths under our corner rule.
     pub is_optimal: bool,
     /// Whether it is asked some queries only, so that a run takes minutes.
     pub is_sampled: bool,
-    pub make: for<'g> fn(&'g Grid) -> Box<dyn Contestant + 'g>,
+    pub make: Make,
 }
 
 /// Our planners.
-pub const OURS: [Entry; 4] = [
-    Entry {
-        name: "JPS",
-        is_optimal: true,
-        is_sampled: false,
-        make: |grid| {
-            let planner = Jps::new(grid.clone());
-            let bytes = planner.bytes();
-            Box::new(Ours { planner, workspace: Default::default(), bytes })
-        },
-    },
-    Entry {
-        name: "indexed",
-        is_optimal: true,
-        is_sampled: false,
-        make: |grid| {
-            let index = Index::build(grid.clone());
-            let bytes = index.bytes();
-            Box::new(Ours { planner: index, workspace: Default::default(), bytes })
-        },
-    },
-    Entry {
-        name: "A*",
-        is_optimal: true,
-        is_sampled: true,
-        make: |grid| {
-            let planner = AStar::new(grid, MoveSet::Eight);
-            Box::new(Ours { planner, workspace: Default::default(), bytes: 0 })
-        },
-    },
-    Entry {
-        name: "Dijkstra",
-        is_optimal: true,
-        is_sampled: true,
-        make: |grid| {
-            let planner = Dijkstra::new(grid, MoveSet::Eight);
-            Box::new(Ours { planner, workspace: Default::default(), bytes: 0 })
-        },
-    },
+pub const OURS: [Entry; 8] = [
+    entry("JPS", MoveSet::Eight, |grid| jps(grid, MoveSet::Eight)),
+    entry("indexed", MoveSet::Eight, |grid| indexed(grid, MoveSet::Eight)),
+    sampled("A*", MoveSet::Eight, |grid| ours(AStar::new(grid, MoveSet::Eight), MoveSet::Eight, 0)),
+    sampled("Dijkstra", MoveSet::Eight, |grid| ours(Dijkstra::new(grid, MoveSet::Eight), MoveSet::Eight, 0)),
+    entry("JPS, 16 neighbours", MoveSet::Sixteen, |grid| jps(grid, MoveSet::Sixteen)),
+    entry("indexed, 16 neighbours", MoveSet::Sixteen, |grid| indexed(grid, MoveSet::Sixteen)),
+    sampled("A*, 16 neighbours", MoveSet::Sixteen, |grid| {
+        ours(AStar::new(grid, MoveSet::Sixteen), MoveSet::Sixteen, 0)
+    }),
+    sampled("Dijkstra, 16 neighbours", MoveSet::Sixteen, |grid| {
+        ours(Dijkstra::new(grid, MoveSet::Sixteen), MoveSet::Sixteen, 0)
+    }),
 ];
+
+type Make = for<'g> fn(&'g Grid) -> Box<dyn Contestant + 'g>;
+
+const fn entry(name: &'static str, moves: MoveSet, make: Make) -> Entry {
+    Entry { name, moves, is_optimal: true, is_sampled: false, make }
+}
+
+const fn sampled(name: &'static str, moves: MoveSet, make: Make) -> Entry {
+    Entry { is_sampled: true, ..entry(name, moves, make) }
+}
+
+fn jps(grid: &Grid, moves: MoveSet) -> Box<dyn Contestant + '_> {
+    let planner = Jps::new(grid.clone(), moves);
+    let bytes = planner.bytes();
+    ours(planner, moves, bytes)
+}
+
+fn indexed(grid: &Grid, moves: MoveSet) -> Box<dyn Contestant + '_> {
+    let index = Index::build(grid.clone());
+    let bytes = index.bytes();
+    ours(index, moves, bytes)
+}
+
+fn ours<'g, P: Planner + 'g>(planner: P, moves: MoveSet, bytes: usize) -> Box<dyn Contestant + 'g> {
+    Box::new(Ours { planner, moves, workspace: P::Workspace::default(), bytes })
+}
 
 /// `pathfinding`, with our moves.
 pub const PATHFINDING: Entry = Entry {
     name: "pathfinding 4.16 astar",
+    moves: MoveSet::Eight,
     is_optimal: true,
     is_sampled: true,
     make: |grid| Box::new(Pathfinding { grid }),
@@ -98,6 +101,7 @@ pub const PATHFINDING: Entry = Entry {
 /// diagonals, which it has on at first, makes it slower on every map here, up to three times: it is off.
 pub const GRID_PATHFINDING: Entry = Entry {
     name: "grid_pathfinding 0.3.0 (cuts corners)",
+    moves: MoveSet::Eight,
     is_optimal: false,
     is_sampled: true,
     make: |grid| Box::new(GridPathfinding::new(grid)),
@@ -105,6 +109,7 @@ pub const GRID_PATHFINDING: Entry = Entry {
 
 struct Ours<P: Planner> {
     planner: P,
+    moves: MoveSet,
     workspace: P::Workspace,
     bytes: usize,
 }
@@ -117,7 +122,7 @@ impl<P: Planner> Contestant for Ours<P> {
 
     fn plan_and_walk(&mut self, grid: &Grid, from: Cell, to: Cell) -> Option<(Answer, bool)> {
         let Plan { path, expanded } = self.planner.plan(from, to, &mut self.workspace).ok()?;
-        let leads = (path.start(), path.end()) == (from, to) && path.is_walkable(grid, MoveSet::Eight);
+        let leads = (path.start(), path.end()) == (from, to) && path.is_walkable(grid, self.moves);
         Some((Answer { length: path.length().units(), expanded: Some(expanded) }, leads))
     }
 

@@ -2,12 +2,15 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use planning::formats::{
     movingai::read_map,
     scen::{Query, read_scen},
 };
 use planning::grid::Grid;
+use planning::moves::MoveSet;
+use planning::search::{AStar, Planner, Workspace};
 
 use crate::Failure;
 
@@ -17,6 +20,37 @@ pub struct Map {
     pub name: String,
     pub grid: Grid,
     pub queries: Vec<Query>,
+}
+
+impl Map {
+    /// At most `limit` of its queries, evenly spaced: their numbers and what is asked. With 16 neighbours the
+    /// optimal lengths, of which scenarios have none, are those of A*.
+    pub fn asked(&self, moves: MoveSet, limit: usize) -> Vec<(usize, Query)> {
+        let numbers = spaced(self.queries.len(), limit);
+        let mut asked: Vec<_> = numbers.map(|number| (number, self.queries[number].clone())).collect();
+        if moves == MoveSet::Sixteen {
+            let threads = thread::available_parallelism().map_or(1, usize::from);
+            let share = asked.len().div_ceil(threads).max(1);
+            thread::scope(|scope| {
+                asked.chunks_mut(share).for_each(|share| drop(scope.spawn(|| self.measure_lengths(share))));
+            });
+        }
+        asked
+    }
+
+    fn measure_lengths(&self, asked: &mut [(usize, Query)]) {
+        let (planner, mut workspace) = (AStar::new(&self.grid, MoveSet::Sixteen), Workspace::default());
+        for (_, query) in asked {
+            let plan = planner.plan(query.from, query.to, &mut workspace);
+            query.optimal = plan.map_or(f64::NAN, |plan| plan.path.length().units());
+        }
+    }
+}
+
+/// At most `limit` of the numbers below `count`, evenly spaced.
+pub fn spaced(count: usize, limit: usize) -> impl Iterator<Item = usize> {
+    let limit = limit.min(count);
+    (0..limit).map(move |place| place * count / limit)
 }
 
 /// The maps in the repository.

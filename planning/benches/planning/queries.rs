@@ -3,11 +3,11 @@
 use std::hint::black_box;
 
 use indicatif::ProgressBar;
-use planning::{formats::scen::Query, grid::Grid};
+use planning::{formats::scen::Query, moves::MoveSet};
 
 use crate::clock::Clock;
 use crate::contestants::{Answer, Contestant, Entry, GRID_PATHFINDING, OURS, PATHFINDING};
-use crate::maps::Map;
+use crate::maps::{Map, spaced};
 use crate::report::{MapReport, PlannerReport};
 use crate::statistics::{Summary, mean, median};
 use crate::{check, known, progress};
@@ -18,7 +18,8 @@ Each query by itself, in the order of the file, one thread. After a warm-up of 3
 times, and of each query's three times the median counts, by the wall's clock; planners that take more than \
 500 us a query run it once, by the thread's own clock, as do indexes and fields being built. Means are over \
 queries. Peers, A* and Dijkstra are asked at most 200 queries, evenly spaced; ratios are of means over just \
-these. Lengths of A* and Dijkstra over all queries: --check, and cargo xtask test.";
+these. With 16 neighbours so many lengths are compared, with A*'s. All lengths over all queries: --check, and \
+cargo xtask test.";
 
 /// So many queries at most are asked of whoever is sampled.
 const SAMPLE: usize = 200;
@@ -83,10 +84,10 @@ fn run(map: &Map, entry: &Entry, bar: &ProgressBar) -> Run {
     bar.set_message(format!("{}: {}", map.name, entry.name));
     let (micros_to_make, mut contestant) = Clock::Thread.time(|| (entry.make)(&map.grid));
     let limit = if entry.is_sampled { SAMPLE } else { usize::MAX };
-    let asked = spaced(map.queries.len(), limit);
+    let asked: Vec<usize> = spaced(map.queries.len(), limit).collect();
     let queries: Vec<&Query> = asked.iter().filter_map(|&query| map.queries.get(query)).collect();
     let (micros, answers) = time(contestant.as_mut(), &queries);
-    let off = entry.is_optimal.then(|| count_off(contestant.as_mut(), &map.grid, &queries));
+    let off = entry.is_optimal.then(|| count_off(contestant.as_mut(), map, entry.moves, limit));
     bar.inc(1);
     Run {
         name: entry.name,
@@ -99,19 +100,16 @@ fn run(map: &Map, entry: &Entry, bar: &ProgressBar) -> Run {
     }
 }
 
-/// At most `limit` of the numbers below `count`, evenly spaced.
-fn spaced(count: usize, limit: usize) -> Vec<usize> {
-    let limit = limit.min(count);
-    (0..limit).map(|place| place * count / limit).collect()
-}
-
-fn count_off(contestant: &mut dyn Contestant, grid: &Grid, queries: &[&Query]) -> usize {
-    queries.iter().filter(|query| check::complaint(contestant, grid, query).is_some()).count()
+fn count_off(contestant: &mut dyn Contestant, map: &Map, moves: MoveSet, limit: usize) -> usize {
+    // What has to be searched first is searched of a sample only.
+    let limit = if moves == MoveSet::Sixteen { limit.min(SAMPLE) } else { limit };
+    let asked = map.asked(moves, limit);
+    asked.iter().filter(|(_, query)| check::complaint(contestant, &map.grid, query).is_some()).count()
 }
 
 /// The time of each query in microseconds, and its answer.
 fn time(contestant: &mut dyn Contestant, queries: &[&Query]) -> (Vec<f64>, Vec<Option<Answer>>) {
-    let warm_up: Vec<&Query> = spaced(queries.len(), WARM_UP).iter().map(|&query| queries[query]).collect();
+    let warm_up: Vec<&Query> = spaced(queries.len(), WARM_UP).map(|query| queries[query]).collect();
     // The first pass over these brings memory in; the second tells how slow it is.
     pass(contestant, &warm_up, Clock::Thread);
     let is_slow = mean(&pass(contestant, &warm_up, Clock::Thread).0) > SLOW_US;

@@ -29,7 +29,7 @@ pub type Pair = [Cost; 2];
 
 /// The improved A* of the paper: jump point search between a tree's necessary nodes.
 pub fn improved(grid: &Grid, seed: u64) -> ImprovedAStar<'_, Jps> {
-    ImprovedAStar::new(grid, Jps::new(grid.clone()), Rrt::PAPER, seed)
+    ImprovedAStar::new(grid, Jps::new(grid.clone(), MOVES), Rrt::PAPER, seed)
 }
 
 /// Plans one way by both, and counts the nodes of the tree.

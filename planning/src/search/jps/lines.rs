@@ -1,4 +1,4 @@
-//! A bitmap cut into lines of cells, along rows, columns or diagonals, and how to turn one into another.
+//! A bitmap cut into lines of cells, along rows, columns or slants, and how to turn one into another.
 
 /// One bit a cell, every line starting a word. Its lines run one way; the last bit of each is in a word
 /// of its own line, and what is beyond is 0.
@@ -55,8 +55,8 @@ impl Lines {
     }
 
     /// The lines crossing these: cell `x` of line `y` becomes cell `y` of line `x - y * slant`, counted
-    /// around. Slant 0 makes columns of rows, 1 and -1 the two kinds of diagonals. A diagonal that
-    /// leaves at one side goes on at the other.
+    /// around. Slant 0 makes columns of rows, 1 and -1 the two kinds of diagonals, 2 and -2 those of knight's
+    /// moves. A line that leaves at one side goes on at the other.
     pub(super) fn crossing(&self, slant: isize) -> Self {
         let mut crossing = Self::new(self.length, self.count());
         for block in 0..self.count().div_ceil(64) {
@@ -75,6 +75,30 @@ impl Lines {
         crossing
     }
 
+    /// The inverse of [`Self::crossing`].
+    pub(super) fn uncrossed(&self, slant: isize) -> Self {
+        let sheared = self.crossing(0);
+        let mut uncrossed = Self::new(self.length, self.count());
+        let length = uncrossed.length;
+        for y in 0..self.length {
+            for (index, word) in uncrossed.line_mut(y).iter_mut().enumerate() {
+                let first = index * 64;
+                let at = (first as isize - slant * y as isize).rem_euclid(length as isize);
+                let kept = length.saturating_sub(first).min(64) as u32;
+                // What is beyond the end is the start again.
+                *word = sheared.around(y, at as usize) & u64::MAX.checked_shr(64 - kept).unwrap_or(0);
+            }
+        }
+        uncrossed
+    }
+
+    /// Every line moved up by one place.
+    pub(super) fn later(&self) -> Self {
+        let mut later = Self::new(self.count(), self.length);
+        (0..self.count()).for_each(|line| shift_up(self.line(line), later.line_mut(line)));
+        later
+    }
+
     /// 64 cells of a line from `at` on, and from its start again after its end.
     fn around(&self, line: usize, at: usize) -> u64 {
         let line = self.line(line);
@@ -87,6 +111,15 @@ impl Lines {
             filled += self.length;
         }
         window
+    }
+}
+
+/// Moves a line up by one place.
+pub(super) fn shift_up(line: &[u64], to: &mut [u64]) {
+    let mut carry = 0;
+    for (to, from) in to.iter_mut().zip(line.iter().copied().chain([0])) {
+        *to = from << 1 | carry;
+        carry = from >> 63;
     }
 }
 
@@ -126,13 +159,14 @@ pub(super) mod tests {
 
     proptest! {
         #[test]
-        fn crossing_lines_hold_the_same_cells(lines in lines(), slant in -1isize..2) {
+        fn crossing_lines_hold_the_same_cells(lines in lines(), slant in -2isize..3) {
             let crossing = lines.crossing(slant);
             prop_assert_eq!((crossing.count(), crossing.length), (lines.length, lines.count()));
             for (y, x) in (0..lines.count()).flat_map(|y| (0..lines.length).map(move |x| (y, x))) {
                 let line = (x as isize - slant * y as isize).rem_euclid(lines.length as isize);
                 prop_assert_eq!(crossing.bit(line as usize, y), lines.bit(y, x));
             }
+            prop_assert_eq!(crossing.uncrossed(slant), lines);
         }
     }
 }

@@ -1,17 +1,26 @@
-//! Jump point search (Harabor and Grastien) by blocks, for 8 neighbours that cut no corner.
+//! Jump point search (Harabor and Grastien) by blocks, for 8 or 16 neighbours that cut no corner.
 //!
-//! Of all shortest paths only those are followed that go diagonally first and turn where a wall makes
-//! them. So nodes are the few cells where a straight run passes the end of a wall beside it, and a move
-//! is a whole jump: some diagonal moves, then some straight ones to the next such cell. Where jumps end
-//! is kept as `bitmaps` along rows, columns and both diagonals, so that a jump over 64 cells, straight
-//! or diagonal, costs a few operations on a word, and a diagonal stops only where a straight jump from it
-//! leads somewhere. They take 12 bits a cell and are made in a fraction of a millisecond.
+//! Of all shortest paths only those are followed that begin with the finer moves and turn where a wall makes
+//! them: with 8 neighbours diagonally first, then straight; with 16 knight's moves first, then straight or
+//! diagonally (the canonical paths of Rivera, Hernandez, Hormazabal and Baier, "The 2^k Neighborhoods for Grid
+//! Path Planning", JAIR 2020). So nodes are the few cells where a run passes the end of a wall beside it, and a
+//! move is a whole jump: some of the finer moves, then some others to the next such cell. Where jumps end
+//! is kept as `bitmaps` along rows, columns and slanted lines, so that a jump over 64 moves, of
+//! whatever kind, costs a few operations on a word, and a run of the finer moves stops only where another from
+//! it leads somewhere. They take 12 bits a cell, or 32 with 16 neighbours, and are made in a fraction of a
+//! millisecond, or in one or two.
+//!
+//! What is the same for both move sets is here; `eight` and `sixteen` have their bitmaps and slanted jumps.
 
 mod bitmaps;
+mod eight;
 mod lines;
+mod sixteen;
 mod woven;
 
-use bitmaps::{Bitmaps, FREE, STOPS, TURNS, WALLS};
+use bitmaps::{FREE, STOPS};
+use eight::Eight;
+use sixteen::Sixteen;
 use woven::Woven;
 
 use super::{Open, Plan, Planner, SearchError, free_index};
@@ -21,11 +30,17 @@ use crate::{
     path::Path,
 };
 
-/// Plans shortest paths with 8 neighbours by jump point search.
+/// Plans shortest paths by jump point search.
 #[derive(Clone, Debug)]
 pub struct Jps {
     grid: Grid,
     bitmaps: Bitmaps,
+}
+
+#[derive(Clone, Debug)]
+enum Bitmaps {
+    Eight(Eight),
+    Sixteen(Sixteen),
 }
 
 /// The memory of a search by [`Jps`], 16 bytes a cell.
@@ -64,31 +79,82 @@ struct Place {
 }
 
 /// A set of directions: bits 0 to 3 for east, west, south, north; 4 to 7 for the diagonals to the
-/// south-east, south-west, north-east and north-west.
-type Ways = u8;
+/// south-east, south-west, north-east and north-west; 8 to 11 for the knight's moves beside them that are two
+/// columns wide, 12 to 15 for those that are two rows high.
+type Ways = u16;
 
 const EAST: usize = 0;
 const WEST: usize = 1;
 const SOUTH: usize = 2;
 const NORTH: usize = 3;
-const STRAIGHT: Ways = 0b1111;
 
 const STRAIGHT_COST: Cost = Length::of((1, 0)).cost();
 const DIAGONAL_COST: Cost = Length::of((1, 1)).cost();
 
-/// Who passes the end of a wall on the side of the lower line, or of the higher, turns by these ways.
-const TURNS_BY: [[Ways; 2]; 4] = [
-    [1 << NORTH | 1 << 6, 1 << SOUTH | 1 << 4],
-    [1 << NORTH | 1 << 7, 1 << SOUTH | 1 << 5],
-    [1 << WEST | 1 << 5, 1 << EAST | 1 << 4],
-    [1 << WEST | 1 << 7, 1 << EAST | 1 << 6],
-];
+/// Whether a straight way leads to higher places.
+const fn is_forth(way: usize) -> bool {
+    way == EAST || way == SOUTH
+}
+
+/// The diagonal between two straight ways.
+const fn diagonal(one: usize, other: usize) -> usize {
+    let (columns, rows) = if one < SOUTH { (one, other) } else { (other, one) };
+    4 + columns + 2 * (rows - SOUTH)
+}
+
+/// The knight's move that goes by two to `by_two` and by one to `by_one`.
+const fn knight(by_two: usize, by_one: usize) -> usize {
+    diagonal(by_two, by_one) + if by_two < SOUTH { 4 } else { 8 }
+}
+
+/// By straight way: who passes the end of a wall on the side of the lower line, or of the higher, turns by
+/// these ways.
+const fn turns_by(moves: MoveSet) -> [[Ways; 2]; 4] {
+    let mut turns_by = [[0; 2]; 4];
+    let mut number = 0;
+    while number < 8 {
+        let way = number / 2;
+        let side = match (way < SOUTH, number % 2) {
+            (true, 0) => NORTH,
+            (true, _) => SOUTH,
+            (false, 0) => WEST,
+            (false, _) => EAST,
+        };
+        let knights = match moves {
+            MoveSet::Eight => 0,
+            MoveSet::Sixteen => 1 << knight(way, side) | 1 << knight(side, way),
+        };
+        turns_by[way][number % 2] = 1 << side | 1 << diagonal(way, side) | knights;
+        number += 1;
+    }
+    turns_by
+}
+
+/// The jumps of a move set.
+trait Jumps: Sized {
+    const MOVES: MoveSet;
+    /// By which ways a start is left: all.
+    const START: Ways;
+    /// See [`turns_by`].
+    const TURNS_BY: [[Ways; 2]; 4];
+
+    /// Where straight jumps end, by rows and by columns.
+    fn straights(&self) -> &[Woven<3>; 2];
+
+    fn bytes(&self) -> usize;
+
+    /// Jumps from a node by those of the ways that are not straight.
+    fn leave_slanted(query: &mut Query<'_, Self>, node: Place, cost: Cost, ways: Ways);
+}
 
 impl Jps {
     /// A planner for `grid`.
     #[must_use]
-    pub fn new(grid: Grid) -> Self {
-        let bitmaps = Bitmaps::of(&grid);
+    pub fn new(grid: Grid, moves: MoveSet) -> Self {
+        let bitmaps = match moves {
+            MoveSet::Eight => Bitmaps::Eight(Eight::of(&grid)),
+            MoveSet::Sixteen => Bitmaps::Sixteen(Sixteen::of(&grid)),
+        };
         Self { grid, bitmaps }
     }
 
@@ -101,7 +167,10 @@ impl Jps {
     /// What is kept of the map besides the map itself, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.bitmaps.bytes()
+        match &self.bitmaps {
+            Bitmaps::Eight(bitmaps) => bitmaps.bytes(),
+            Bitmaps::Sixteen(bitmaps) => bitmaps.bytes(),
+        }
     }
 }
 
@@ -111,21 +180,12 @@ impl Planner for Jps {
     fn plan<'w>(&self, from: Cell, to: Cell, workspace: &'w mut Workspace) -> Result<Plan<'w>, SearchError> {
         free_index(&self.grid, from)?;
         free_index(&self.grid, to)?;
-        let mut query = Query {
-            bitmaps: &self.bitmaps,
-            width: self.grid.width() as usize + 2,
-            cells: (self.grid.width() as usize + 2) * (self.grid.height() as usize + 2),
-            start: Place::of(from),
-            goal: Place::of(to),
-            bound: Cost::MAX,
-            last: Place::of(from),
-            workspace,
+        let sides = [self.grid.width(), self.grid.height()].map(|side| side as usize + 2);
+        let expanded = match &self.bitmaps {
+            Bitmaps::Eight(bitmaps) => Query::new(bitmaps, sides, [from, to], workspace).answer(),
+            Bitmaps::Sixteen(bitmaps) => Query::new(bitmaps, sides, [from, to], workspace).answer(),
         };
-        let expanded = query.run();
-        if query.bound == Cost::MAX {
-            return Err(SearchError::NoPath { from, to });
-        }
-        query.trace();
+        let expanded = expanded.ok_or(SearchError::NoPath { from, to })?;
         Ok(Plan { path: &workspace.path, expanded })
     }
 }
@@ -140,10 +200,10 @@ impl Place {
     }
 }
 
-struct Query<'a> {
-    bitmaps: &'a Bitmaps,
+struct Query<'a, J> {
+    bitmaps: &'a J,
     width: usize,
-    cells: usize,
+    height: usize,
     start: Place,
     goal: Place,
     /// The length of the shortest way to the goal so far.
@@ -153,11 +213,27 @@ struct Query<'a> {
     workspace: &'a mut Workspace,
 }
 
-impl Query<'_> {
+impl<'a, J: Jumps> Query<'a, J> {
+    fn new(bitmaps: &'a J, [width, height]: [usize; 2], ends: [Cell; 2], workspace: &'a mut Workspace) -> Self {
+        let [start, goal] = ends.map(Place::of);
+        Self { bitmaps, width, height, start, goal, bound: Cost::MAX, last: start, workspace }
+    }
+
+    /// Puts the shortest path into the workspace and returns how many nodes were expanded; `None` if there is
+    /// none.
+    fn answer(&mut self) -> Option<u32> {
+        let expanded = self.run();
+        if self.bound == Cost::MAX {
+            return None;
+        }
+        self.trace();
+        Some(expanded)
+    }
+
     /// Searches until no shorter way to the goal can be found; returns how many nodes were expanded.
     fn run(&mut self) -> u32 {
         let Self { start, goal, .. } = *self;
-        let cells = self.cells;
+        let cells = self.width * self.height;
         let workspace = &mut *self.workspace;
         if workspace.nodes.len() < cells || workspace.round == u16::MAX {
             workspace.nodes.clear();
@@ -169,12 +245,12 @@ impl Query<'_> {
         let estimate = self.estimate(start);
         self.workspace.open.begin(estimate);
         self.workspace.nodes[index] =
-            Node { cost: 0, parent: start, round: self.workspace.round, ways: STRAIGHT };
+            Node { cost: 0, parent: start, round: self.workspace.round, ways: J::START };
         if start == goal {
             self.bound = 0;
             return 0;
         }
-        self.leave(start, 0, u8::MAX);
+        self.leave(start, 0, J::START);
         let mut expanded = 1;
         while let Some(Reached { cost, place, onward }) = self.workspace.open.pop(self.bound) {
             // Since then it may have been reached by a shorter way.
@@ -193,19 +269,46 @@ impl Query<'_> {
     }
 
     fn estimate(&self, place: Place) -> Cost {
-        let long = place.x.abs_diff(self.goal.x);
-        let short = place.y.abs_diff(self.goal.y);
-        let (long, short) = (Cost::from(long.max(short)), Cost::from(long.min(short)));
-        long * STRAIGHT_COST + short * (DIAGONAL_COST - STRAIGHT_COST)
+        let [dx, dy] = self.to_goal(place);
+        J::MOVES.open_length(dx, dy).cost()
     }
 
-    /// By which ways to leave a turn.
+    /// Columns and rows to the goal.
+    fn to_goal(&self, place: Place) -> [i32; 2] {
+        let (Place { x, y }, goal) = (place, self.goal);
+        [i32::from(goal.x) - i32::from(x), i32::from(goal.y) - i32::from(y)]
+    }
+
+    /// The bitmaps that a straight way follows.
+    #[inline]
+    fn lines<const WAY: usize>(&self) -> &'a Woven<3> {
+        let [rows, columns] = self.bitmaps.straights();
+        if WAY < SOUTH { rows } else { columns }
+    }
+
+    /// The line through a place of those that go by `BY` along `ALONG` and by one across: their number. The
+    /// place on it is the row, or the column if `ALONG` is one of these.
+    #[inline]
+    fn slanted<const ALONG: usize, const ACROSS: usize, const BY: usize>(&self, place: Place) -> usize {
+        let (across, at) = along::<ALONG>(place);
+        let length = if ALONG < SOUTH { self.width } else { self.height };
+        let mut back = across * BY;
+        if back >= length {
+            back -= length;
+            // Rarely a map is longer across.
+            back = if back < length { back } else { back % length };
+        }
+        let line = at + if is_forth(ALONG) == is_forth(ACROSS) { length - back } else { back };
+        if line < length { line } else { line - length }
+    }
+
+    /// By which ways to leave a turn that was come to straight.
     #[inline]
     fn onward<const WAY: usize>(&self, line: usize, at: usize) -> Ways {
-        let lines = lines::<WAY>(self.bitmaps);
-        let before = if WAY == EAST || WAY == SOUTH { at - 1 } else { at + 1 };
-        let opens = |side| lines.bit(FREE, side, at) & !lines.bit(FREE, side, before);
-        let [lower, higher] = TURNS_BY[WAY];
+        let lines = self.lines::<WAY>();
+        let before = if is_forth(WAY) { at - 1 } else { at + 1 };
+        let opens = |side| opens(lines, side, at, before);
+        let [lower, higher] = J::TURNS_BY[WAY];
         let lower = if opens(line - 1) { lower } else { 0 };
         let higher = if opens(line + 1) { higher } else { 0 };
         1 << WAY | lower | higher
@@ -226,18 +329,7 @@ impl Query<'_> {
         if leaves(NORTH) {
             self.straight::<NORTH>(node, cost);
         }
-        if leaves(4) {
-            self.diagonal::<EAST, SOUTH>(node, cost);
-        }
-        if leaves(5) {
-            self.diagonal::<WEST, SOUTH>(node, cost);
-        }
-        if leaves(6) {
-            self.diagonal::<EAST, NORTH>(node, cost);
-        }
-        if leaves(7) {
-            self.diagonal::<WEST, NORTH>(node, cost);
-        }
+        J::leave_slanted(self, node, cost, ways);
     }
 
     /// Jumps from a node straight to the next turn or the goal.
@@ -251,16 +343,17 @@ impl Query<'_> {
         self.turn::<WAY>(node, node, cost);
     }
 
-    /// Jumps from `from`, which is on a diagonal from `node`, straight to the next turn.
+    /// Jumps from `from`, which is on a slanted run from `node`, straight to the next turn.
     #[inline]
     fn turn<const WAY: usize>(&mut self, node: Place, from: Place, cost: Cost) {
         let (line, at, stop) = self.stop::<WAY>(from);
-        if lines::<WAY>(self.bitmaps).bit(FREE, line, stop) {
+        if self.lines::<WAY>().bit(FREE, line, stop) {
             let turn = match WAY {
                 EAST | WEST => Place { x: stop as u16, ..from },
                 _ => Place { y: stop as u16, ..from },
             };
-            self.reach::<WAY>(node, turn, cost + stop.abs_diff(at) as Cost * STRAIGHT_COST);
+            let cost = cost + stop.abs_diff(at) as Cost * STRAIGHT_COST;
+            self.reach(WAY, node, turn, cost, |query| query.onward::<WAY>(line, stop));
         }
     }
 
@@ -268,67 +361,13 @@ impl Query<'_> {
     #[inline]
     fn stop<const WAY: usize>(&self, from: Place) -> (usize, usize, usize) {
         let (line, at) = along::<WAY>(from);
-        let lines = lines::<WAY>(self.bitmaps);
-        let stop = if WAY == EAST || WAY == SOUTH {
+        let lines = self.lines::<WAY>();
+        let stop = if is_forth(WAY) {
             lines.next(STOPS, line, at + 1)
         } else {
             lines.previous(STOPS + 1, line, at - 1)
         };
         (line, at, stop)
-    }
-
-    /// Jumps from a node along a diagonal, and straight from wherever on it that leads to a turn.
-    #[inline]
-    fn diagonal<const COLUMNS: usize, const ROWS: usize>(&mut self, node: Place, cost: Cost) {
-        let (x, y) = (usize::from(node.x), usize::from(node.y));
-        let (width, is_falling) = (self.width, (COLUMNS == EAST) == (ROWS == SOUTH));
-        let bitmaps = self.bitmaps;
-        let lines = if is_falling { &bitmaps.falling } else { &bitmaps.rising };
-        // Rarely a map is higher than wide.
-        let down = if y < width { y } else { y % width };
-        let line = x + if is_falling { width - down } else { down };
-        let line = if line < width { line } else { line - width };
-        let end =
-            if ROWS == SOUTH { lines.next(WALLS, line, y) } else { lines.previous(WALLS, line, y - 1) + 1 };
-        let steps = end.abs_diff(y);
-        if steps == 0 {
-            return;
-        }
-        self.cross::<COLUMNS, ROWS>(node, steps, cost);
-        let (turns, first, last) = if ROWS == SOUTH { (TURNS, y + 1, end) } else { (TURNS + 1, end, y - 1) };
-        lines.for_each(turns, line, first, last, |turn| {
-            let steps = turn.abs_diff(y);
-            let from =
-                Place { x: if COLUMNS == EAST { x + steps } else { x - steps } as u16, y: turn as u16 };
-            let cost = cost + steps as Cost * DIAGONAL_COST;
-            self.turn::<COLUMNS>(node, from, cost);
-            self.turn::<ROWS>(node, from, cost);
-        });
-    }
-
-    /// Looks whether a diagonal of some moves comes to the goal's row or column within sight of it.
-    #[inline]
-    fn cross<const COLUMNS: usize, const ROWS: usize>(&mut self, node: Place, steps: usize, cost: Cost) {
-        let (dx, dy) =
-            (i32::from(self.goal.x) - i32::from(node.x), i32::from(self.goal.y) - i32::from(node.y));
-        let dx = if COLUMNS == EAST { dx } else { -dx };
-        let dy = if ROWS == SOUTH { dy } else { -dy };
-        let before = dx.min(dy);
-        if before < 1 || before as usize > steps {
-            return;
-        }
-        let rest = dx.max(dy) - before;
-        let towards = |goal: u16, away: bool| if away { goal - rest as u16 } else { goal + rest as u16 };
-        let crossing = if dx > dy {
-            Place { x: towards(self.goal.x, COLUMNS == EAST), y: self.goal.y }
-        } else {
-            Place { x: self.goal.x, y: towards(self.goal.y, ROWS == SOUTH) }
-        };
-        let (_, at, stop) =
-            if dx > dy { self.stop::<COLUMNS>(crossing) } else { self.stop::<ROWS>(crossing) };
-        if stop.abs_diff(at) >= rest as usize {
-            self.arrive(node, cost + before as Cost * DIAGONAL_COST + rest as Cost * STRAIGHT_COST);
-        }
     }
 
     /// Notes a way to the goal.
@@ -338,13 +377,20 @@ impl Query<'_> {
         }
     }
 
-    /// Notes a way to a node.
+    /// Notes a way to a node, which is `onward` to be left by.
     #[inline]
-    fn reach<const WAY: usize>(&mut self, parent: Place, place: Place, cost: Cost) {
+    fn reach(
+        &mut self,
+        way: usize,
+        parent: Place,
+        place: Place,
+        cost: Cost,
+        onward: impl FnOnce(&Self) -> Ways,
+    ) {
         let (index, round) = (self.index(place), self.workspace.round);
         let node = &self.workspace.nodes[index];
         let is_known = node.round == round;
-        let ways = 1 << WAY;
+        let ways = 1 << way;
         if is_known && (cost > node.cost || cost == node.cost && node.ways & ways != 0) {
             return;
         }
@@ -358,8 +404,7 @@ impl Query<'_> {
         } else {
             *node = Node { cost, parent, round, ways };
         }
-        let (line, at) = along::<WAY>(place);
-        let onward = self.onward::<WAY>(line, at);
+        let onward = onward(self);
         self.workspace.open.push(sum, Reached { cost, place, onward });
     }
 
@@ -371,13 +416,10 @@ impl Query<'_> {
         path.restart(goal.cell());
         let (mut to, mut node) = (goal, self.last);
         while to != start {
-            // Backwards, so the straight moves come first.
+            // Backwards, so the finer moves come last.
             let (from, back) = (to.cell(), node.cell());
-            let (dx, dy) = (back.x - from.x, back.y - from.y);
-            let Length { straight, diagonal, .. } = MoveSet::Eight.open_length(dx, dy);
-            let along = if dx.abs() > dy.abs() { (dx.signum(), 0) } else { (0, dy.signum()) };
-            path.run(along, straight);
-            path.run((dx.signum(), dy.signum()), diagonal);
+            let [finer, other] = J::MOVES.open_way(back.x - from.x, back.y - from.y);
+            [other, finer].into_iter().for_each(|(step, count)| path.run(step, count));
             to = node;
             node = nodes[usize::from(node.y) * width + usize::from(node.x)].parent;
         }
@@ -389,10 +431,11 @@ impl Query<'_> {
 #[inline]
 fn along<const WAY: usize>(place: Place) -> (usize, usize) {
     let (x, y) = (usize::from(place.x), usize::from(place.y));
-    if WAY == EAST || WAY == WEST { (y, x) } else { (x, y) }
+    if WAY < SOUTH { (y, x) } else { (x, y) }
 }
 
+/// Whether a line, which is beside a place `at`, is free there and blocked at the place `before`.
 #[inline]
-const fn lines<const WAY: usize>(bitmaps: &Bitmaps) -> &Woven {
-    if WAY == EAST || WAY == WEST { &bitmaps.rows } else { &bitmaps.columns }
+fn opens(lines: &Woven<3>, line: usize, at: usize, before: usize) -> bool {
+    lines.bit(FREE, line, at) & !lines.bit(FREE, line, before)
 }

@@ -1,24 +1,22 @@
-//! Three bitmaps of the same lines side by side, and how to look along them.
+//! Bitmaps of the same lines side by side, and how to look along them.
 //!
 //! A jump asks of the same cells where it ends and what is there, so the answers share a cache line.
 
 use super::lines::Lines;
 
-/// Bitmaps 0, 1 and 2, word by word.
+/// Some bitmaps, by number, word by word.
 #[derive(Clone, Debug)]
-pub(super) struct Woven {
+pub(super) struct Woven<const BITMAPS: usize> {
     /// Words a line, of each bitmap.
     words: usize,
-    bits: Vec<[u64; 3]>,
+    bits: Vec<[u64; BITMAPS]>,
 }
 
-impl Woven {
-    pub(super) fn of([first, second, third]: [&Lines; 3]) -> Self {
-        let bits = first.words().iter().zip(second.words()).zip(third.words());
-        Self {
-            words: first.line(0).len(),
-            bits: bits.map(|((&first, &second), &third)| [first, second, third]).collect(),
-        }
+impl<const BITMAPS: usize> Woven<BITMAPS> {
+    pub(super) fn of(bitmaps: [&Lines; BITMAPS]) -> Self {
+        let words = bitmaps.map(Lines::words);
+        let bits = (0..words[0].len()).map(|index| words.map(|words| words[index]));
+        Self { words: bitmaps[0].line(0).len(), bits: bits.collect() }
     }
 
     pub(super) fn bytes(&self) -> usize {
