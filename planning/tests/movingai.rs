@@ -9,7 +9,7 @@ use planning::{
     grid::Grid,
     indexed::Index,
     moves::MoveSet,
-    search::{AStar, Dijkstra, Planner},
+    search::{AStar, Dijkstra, Jps, Planner},
 };
 
 const MAPS: [&str; 5] = ["arena2", "brc202d", "maze512-4-0", "office500", "random512-10-0"];
@@ -57,6 +57,30 @@ fn the_index_finds_optimal_lengths() {
     // In the fast set, only where an index takes little: all maps are checked by the benchmark.
     for map in ["arena2", "maze512-4-0", "office500"] {
         let grid = grid(map);
-        check(&Index::build(grid.clone()), map, &grid, 200);
+        check(&Index::build(grid.clone(), MoveSet::Eight), map, &grid, 200);
+    }
+}
+
+#[test]
+fn with_sixteen_neighbours_all_find_what_a_star_finds() {
+    let moves = MoveSet::Sixteen;
+    for map in ["arena2", "maze512-4-0", "office500"] {
+        let grid = grid(map);
+        let (jps, index) = (Jps::new(grid.clone(), moves), Index::build(grid.clone(), moves));
+        let (mut searched, mut jumped, mut recalled) = Default::default();
+        let queries = read_scen(&read(&format!("{map}.map.scen"))).unwrap();
+        for query in queries.iter().step_by(queries.len() / 10) {
+            let (from, to) = (query.from, query.to);
+            let shortest = AStar::new(&grid, moves).plan(from, to, &mut searched).unwrap().path.length();
+            assert!(shortest.units() < query.optimal + 1e-6, "{query:?}");
+            let paths = [
+                jps.plan(from, to, &mut jumped).unwrap().path,
+                index.plan(from, to, &mut recalled).unwrap().path,
+            ];
+            for path in paths {
+                assert_eq!(path.length(), shortest, "{query:?}");
+                assert!(path.is_walkable(&grid, moves), "{query:?}");
+            }
+        }
     }
 }

@@ -151,3 +151,25 @@ proptest! {
         }
     }
 }
+
+/// As dense as maps get, each from one of its cells to all others: among these every way to pass a corner.
+#[test]
+fn jump_points_are_enough_on_thousands_of_small_dense_maps() {
+    use rand::{RngExt as _, SeedableRng as _};
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(16);
+    let (mut workspace, mut jumps) = (Workspace::default(), jps::Workspace::default());
+    for number in 0..4000 {
+        let (width, height) = (random.random_range(1..10), random.random_range(1..10));
+        let blocked = random.random_range(0.05..0.45);
+        let mut grid = Grid::open(width, height);
+        (0..grid.len()).for_each(|index| grid.set(grid.cell(index), !random.random_bool(blocked)));
+        let moves = [MoveSet::Eight, MoveSet::Sixteen][number % 2];
+        let from = grid.cell(random.random_range(0..grid.len()));
+        let Ok(ways) = Dijkstra::new(&grid, moves).ways(from, &[], &mut workspace) else { continue };
+        let planner = Jps::new(grid.clone(), moves);
+        for to in grid.free_cells() {
+            let found = length(&planner, (&grid, moves), (from, to), &mut jumps).ok();
+            assert_eq!(found, ways.length_to(to), "{moves:?} from {from} to {to}: {grid:?}");
+        }
+    }
+}

@@ -78,7 +78,7 @@ fn jps(grid: &Grid, moves: MoveSet) -> Box<dyn Contestant + '_> {
 }
 
 fn indexed(grid: &Grid, moves: MoveSet) -> Box<dyn Contestant + '_> {
-    let index = Index::build(grid.clone());
+    let index = Index::build(grid.clone(), moves);
     let bytes = index.bytes();
     ours(index, moves, bytes)
 }

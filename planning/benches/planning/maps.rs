@@ -42,7 +42,7 @@ impl Map {
         let (planner, mut workspace) = (AStar::new(&self.grid, MoveSet::Sixteen), Workspace::default());
         for (_, query) in asked {
             let plan = planner.plan(query.from, query.to, &mut workspace);
-            query.optimal = plan.map_or(f64::NAN, |plan| plan.path.length().units());
+            query.optimal = plan.map_or(f64::INFINITY, |plan| plan.path.length().units());
         }
     }
 }

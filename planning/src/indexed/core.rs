@@ -2,8 +2,8 @@
 //!
 //! The difference of two nodes' distances to a landmark is never more than the way between them
 //! (Goldberg and Harrelson, "Computing the Shortest Path: A* Search Meets Graph Theory", SODA 2005).
-//! The distances are kept as counts of moves: in half the memory of costs, and still exact, so that
-//! of many equally short paths, as there are on grids, only one is followed.
+//! With 8 neighbours the distances are kept as counts of moves: in half the memory of costs, and still exact, so
+//! that of many equally short paths, as there are on grids, only one is followed.
 
 use super::{
     hierarchy::{Hierarchy, NONE},
@@ -20,18 +20,30 @@ const LANDMARKS: usize = 32;
 /// How many of them a query uses: those that tell most of its start and goal.
 const ACTIVE: usize = 5;
 
-/// Straight and diagonal moves to a landmark.
+/// How far a node is from a landmark, for a move set.
+pub(super) trait Distance: Copy + PartialEq {
+    const MOVES: MoveSet;
+    /// No way leads there.
+    const UNKNOWN: Self;
+
+    /// `None` if it is too large.
+    fn of(cost: Cost) -> Option<Self>;
+
+    fn cost(self) -> Cost;
+}
+
+/// Straight and diagonal moves: the distance with 8 neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Distance {
+pub(super) struct Counts {
     straight: u16,
     diagonal: u16,
 }
 
-impl Distance {
-    /// No way leads there.
+impl Distance for Counts {
+    const MOVES: MoveSet = MoveSet::Eight;
     const UNKNOWN: Self = Self { straight: u16::MAX, diagonal: u16::MAX };
 
-    /// The only counts that give `cost`; `None` if they are too large.
+    /// The only counts that give `cost`.
     fn of(cost: Cost) -> Option<Self> {
         const DIAGONAL: Cost = Length { straight: 0, diagonal: 1, knight: 0 }.cost();
         const STRAIGHT: Cost = Length { straight: 1, diagonal: 0, knight: 0 }.cost();
@@ -46,6 +58,21 @@ impl Distance {
 
     fn cost(self) -> Cost {
         Length { straight: self.straight.into(), diagonal: self.diagonal.into(), knight: 0 }.cost()
+    }
+}
+
+/// The distance with 16 neighbours: three counts can't be told from their cost.
+impl Distance for Cost {
+    const MOVES: MoveSet = MoveSet::Sixteen;
+    /// The way on can be added.
+    const UNKNOWN: Self = Self::MAX / 2;
+
+    fn of(cost: Cost) -> Option<Self> {
+        (cost < Self::UNKNOWN).then_some(cost)
+    }
+
+    fn cost(self) -> Cost {
+        self
     }
 }
 
@@ -65,12 +92,12 @@ const fn inverse(odd: u32) -> u32 {
 
 /// The landmarks of a core.
 #[derive(Clone, Debug)]
-pub(super) struct Landmarks {
+pub(super) struct Landmarks<D> {
     /// By landmark, then by core node: a query reads few landmarks of many nodes near each other.
-    distances: Vec<Vec<Distance>>,
+    distances: Vec<Vec<D>>,
 }
 
-impl Landmarks {
+impl<D: Distance> Landmarks<D> {
     /// Spreads landmarks around `among`, core nodes of one component: a landmark tells most of pairs
     /// that it is behind.
     pub(super) fn spread(hierarchy: &Hierarchy, cells: &[Cell], among: &[u32]) -> Self {
@@ -78,10 +105,10 @@ impl Landmarks {
         let mut distances = Vec::new();
         for landmark in around(cells, among) {
             distances_from(hierarchy, landmark, &mut costs, &mut open);
-            let counted = |node: &u32| Distance::of(costs[*node as usize]).is_some();
+            let counted = |node: &u32| D::of(costs[*node as usize]).is_some();
             // One with a distance too long to be counted would promise too much of its neighbours.
             if among.iter().all(counted) {
-                let counts = costs.iter().map(|&cost| Distance::of(cost).unwrap_or(Distance::UNKNOWN));
+                let counts = costs.iter().map(|&cost| D::of(cost).unwrap_or(D::UNKNOWN));
                 distances.push(counts.collect());
             }
         }
@@ -90,8 +117,8 @@ impl Landmarks {
 
     /// The landmarks that tell most of the way between `starts` and `goals`, each so far from its end:
     /// how far they are from all nodes and from the goal.
-    fn active(&self, starts: &[(u32, Cost)], goals: &[(u32, Cost)]) -> [(&[Distance], Cost); ACTIVE] {
-        let mut best: [(Cost, &[Distance]); ACTIVE] = [(0, &[]); ACTIVE];
+    fn active(&self, starts: &[(u32, Cost)], goals: &[(u32, Cost)]) -> [(&[D], Cost); ACTIVE] {
+        let mut best: [(Cost, &[D]); ACTIVE] = [(0, &[]); ACTIVE];
         // To choose by, any node near each end will do.
         let (Some(&(start, _)), Some(&(goal, _))) = (starts.first(), goals.first()) else {
             return [(&[], 0); ACTIVE];
@@ -152,7 +179,7 @@ fn distances_from(hierarchy: &Hierarchy, from: u32, costs: &mut Vec<Cost>, open:
             let next = cost + edge.cost;
             if edge.leaves.within(onward) && next < costs[edge.to as usize] {
                 costs[edge.to as usize] = next;
-                let onward = edge.arrives.onward();
+                let onward = edge.onward;
                 open.push(next, Reached { node: edge.to, cost: next, sum: next, onward });
             }
         }
@@ -200,9 +227,9 @@ pub(super) struct Target<'a> {
 impl Workspace {
     /// The core node from which the shortest way from `starts`, each so far from the start, leaves the
     /// core for `target`, and the way's cost; `None` if it is no shorter than `bound`.
-    pub(super) fn run(
+    pub(super) fn run<D: Distance>(
         &mut self,
-        (hierarchy, landmarks, cells): (&Hierarchy, &Landmarks, &[Cell]),
+        (hierarchy, landmarks, cells): (&Hierarchy, &Landmarks<D>, &[Cell]),
         starts: &[(u32, Cost)],
         target: &Target<'_>,
         bound: Cost,
@@ -212,7 +239,7 @@ impl Workspace {
         let active = landmarks.active(starts, target.from);
         let estimate = |node: u32| {
             let cell = cells[node as usize];
-            let open = MoveSet::Eight.open_length(target.cell.x - cell.x, target.cell.y - cell.y).cost();
+            let open = D::MOVES.open_length(target.cell.x - cell.x, target.cell.y - cell.y).cost();
             active.iter().fold(open, |most, (distances, to)| {
                 distances.get(node as usize).map_or(most, |distance| most.max(distance.cost().abs_diff(*to)))
             })
@@ -233,7 +260,7 @@ impl Workspace {
                 (least, best) = (through, Some((node, through)));
             }
             for edge in hierarchy.edges_of(node).iter().filter(|edge| edge.leaves.within(onward)) {
-                let reached = (edge.to, cost + edge.cost, edge.arrives.onward());
+                let reached = (edge.to, cost + edge.cost, edge.onward);
                 self.reach(reached, node, least, estimate);
             }
         }
@@ -285,13 +312,13 @@ mod tests {
     proptest! {
         #[test]
         fn counts_come_back_from_costs(straight in 0u16..u16::MAX, diagonal: u16) {
-            let distance = Distance { straight, diagonal };
-            prop_assert_eq!(Distance::of(distance.cost()), Some(distance));
+            let distance = Counts { straight, diagonal };
+            prop_assert_eq!(Counts::of(distance.cost()), Some(distance));
         }
 
         #[test]
         fn what_is_no_sum_of_few_moves_is_not_counted(cost: Cost) {
-            if let Some(distance) = Distance::of(cost) {
+            if let Some(distance) = Counts::of(cost) {
                 prop_assert_eq!(distance.cost(), cost);
             }
         }

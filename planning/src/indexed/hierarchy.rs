@@ -40,8 +40,8 @@ pub(super) struct Way {
     pub(super) to: u32,
     /// The first moves of the way.
     pub(super) leaves: Directions,
-    /// The last ones.
-    pub(super) arrives: Directions,
+    /// What a shortest path may go on by after it.
+    pub(super) onward: Directions,
 }
 
 impl Edge {
@@ -50,9 +50,9 @@ impl Edge {
         Self { to: from, leaves: self.arrives.reversed(), arrives: self.leaves.reversed(), ..self }
     }
 
-    /// Whether a shortest path may come by this edge, backwards, and go on by `other`.
-    fn goes_on(&self, other: &Self) -> bool {
-        other.leaves.within(self.leaves.reversed().onward())
+    /// What a shortest path may go on by that comes by this edge backwards.
+    const fn onward_from(&self) -> Directions {
+        self.leaves.reversed().onward()
     }
 }
 
@@ -89,7 +89,7 @@ impl Hierarchy {
             // A search goes on by those that leave by some directions: they come after each other.
             edges.sort_unstable_by_key(|edge| (edge.leaves, edge.cost, edge.to));
             for &Edge { to, middle, cost, leaves, arrives } in &edges {
-                ways.push(Way { cost, to: renumber(to), leaves, arrives });
+                ways.push(Way { cost, to: renumber(to), leaves, onward: arrives.onward() });
                 middles.push(renumber(middle));
             }
             first.push(ways.len() as u32);
@@ -192,8 +192,10 @@ impl Contraction {
     }
 
     fn run(&mut self, budget: u64) {
-        let mut queue: BinaryHeap<_> =
-            (0..self.edges.len() as u32).map(|node| Reverse((self.priority(node), node))).collect();
+        let mut queue: BinaryHeap<_> = (0..)
+            .zip(self.priorities(budget / 8))
+            .map(|(node, priority)| Reverse((priority, node)))
+            .collect();
         while let Some(mut top) = queue.peek_mut() {
             let Reverse((known, node)) = *top;
             let priority = self.priority(node);
@@ -210,6 +212,25 @@ impl Contraction {
         }
     }
 
+    /// What to begin with: the priority of every node, if that takes no more than `budget`; else what it is at
+    /// most, so that only those are looked at whose turn comes.
+    fn priorities(&mut self, budget: u64) -> Vec<i64> {
+        let nodes = 0..self.edges.len() as u32;
+        let exact = nodes.clone().map(|node| (self.work <= budget).then(|| self.priority(node)));
+        let exact: Option<Vec<_>> = exact.collect();
+        exact.unwrap_or_else(|| nodes.map(|node| self.at_most(node)).collect())
+    }
+
+    /// [`Self::priority`] if no shortcut were needless, which is quick to say.
+    fn at_most(&self, node: u32) -> i64 {
+        let neighbours = &self.edges[node as usize];
+        let pairs = |(number, from): (usize, &Edge)| {
+            let onward = from.onward_from();
+            neighbours[number..].iter().filter(|to| to.leaves.within(onward)).count() as i64
+        };
+        2 * (1..).zip(neighbours).map(pairs).sum::<i64>() - neighbours.len() as i64
+    }
+
     /// How soon a node is contracted, and the shortcuts that it takes.
     fn priority(&mut self, node: u32) -> i64 {
         self.find_shortcuts(node);
@@ -221,7 +242,8 @@ impl Contraction {
         self.shortcuts.clear();
         let neighbours = &self.edges[node as usize];
         for (number, from) in (1..).zip(neighbours) {
-            let others = || neighbours[number..].iter().filter(|to| from.goes_on(to));
+            let onward = from.onward_from();
+            let others = || neighbours[number..].iter().filter(|to| to.leaves.within(onward));
             let Some(farthest) = others().map(|to| from.cost + to.cost).max() else { continue };
             self.work += self.search.run(&self.edges, from.to, node, farthest);
             for to in others() {

@@ -10,27 +10,31 @@
 //! What it costs to build is bounded by the number of cells, and counted, so that a map gives the
 //! same index on every machine. A map that changes needs a new one.
 //!
-//! Only for 8 neighbours: knight's moves turn at other cells than corners, so that with 16 no small
-//! set of subgoals is enough; [`crate::search::AStar`] has both.
+//! It is the same for 8 and 16 neighbours: with the corner rule both turn at the same subgoals. What differs is
+//! what sees what.
 
 mod core;
 mod hierarchy;
 mod labels;
+mod lines;
+mod sight;
+mod slanted;
 mod subgoals;
 #[cfg(test)]
 mod tests;
 mod turns;
 
 use self::{
-    core::{Landmarks, Target},
+    core::{Counts, Landmarks, Target},
     hierarchy::{Edge, Hierarchy, NONE},
     labels::Labels,
-    subgoals::{Leg, Subgoals, Turn},
+    sight::{Leg, Turn},
+    subgoals::Subgoals,
     turns::Directions,
 };
 use crate::{
     grid::{Cell, Grid},
-    moves::Cost,
+    moves::{Cost, MoveSet},
     path::Path,
     search::{Plan, Planner, SearchError, free_index},
 };
@@ -40,7 +44,7 @@ const EDGES_A_CELL: u64 = 100;
 /// And for a map however small.
 const EDGES: u64 = 1_000_000;
 
-/// An index of a map for shortest paths with 8 neighbours.
+/// An index of a map for shortest paths.
 #[derive(Clone, Debug)]
 pub struct Index {
     grid: Grid,
@@ -49,29 +53,35 @@ pub struct Index {
     labels: Labels,
     /// By node, a number that those share between which there is a path.
     components: Vec<u32>,
-    landmarks: Landmarks,
+    landmarks: AnyLandmarks,
+}
+
+#[derive(Clone, Debug)]
+enum AnyLandmarks {
+    Eight(Landmarks<Counts>),
+    Sixteen(Landmarks<Cost>),
 }
 
 impl Index {
     /// The index of `grid`.
     ///
-    /// Below a second on one core for 512 x 512 cells of random clutter, hundredths of one for rooms and
-    /// mazes, between them where small rooms or ragged terrain have many corners; about proportional to the
+    /// Below a second on one core for 512 x 512 cells of random clutter with either move set, hundredths of one
+    /// for rooms and mazes, between them where small rooms or ragged terrain have many corners; about proportional to the
     /// number of cells.
     #[must_use]
-    pub fn build(grid: Grid) -> Self {
+    pub fn build(grid: Grid, moves: MoveSet) -> Self {
         let budget = EDGES + EDGES_A_CELL * grid.len() as u64;
-        Self::with_budget(grid, budget)
+        Self::with_budget(grid, moves, budget)
     }
 
-    fn with_budget(grid: Grid, budget: u64) -> Self {
-        let mut subgoals = Subgoals::find(&grid);
+    fn with_budget(grid: Grid, moves: MoveSet, budget: u64) -> Self {
+        let mut subgoals = Subgoals::find(&grid, moves);
         let cells = subgoals.cells();
         let neighbours = |&from: &Cell| {
             let mut edges = Vec::new();
             subgoals.sight(from, |to, cost| {
-                let moves = Directions::between(from, cells[to as usize]);
-                edges.push(Edge { to, middle: NONE, cost, leaves: moves, arrives: moves });
+                let directions = Directions::between(moves, from, cells[to as usize]);
+                edges.push(Edge { to, middle: NONE, cost, leaves: directions, arrives: directions });
             });
             edges
         };
@@ -80,7 +90,13 @@ impl Index {
         subgoals.reorder(&order);
         let labels = Labels::new(&hierarchy);
         let components = hierarchy.components();
-        let landmarks = Landmarks::spread(&hierarchy, subgoals.cells(), &largest(&hierarchy, &components));
+        let largest = largest(&hierarchy, &components);
+        let landmarks = match moves {
+            MoveSet::Eight => AnyLandmarks::Eight(Landmarks::spread(&hierarchy, subgoals.cells(), &largest)),
+            MoveSet::Sixteen => {
+                AnyLandmarks::Sixteen(Landmarks::spread(&hierarchy, subgoals.cells(), &largest))
+            }
+        };
         Self { grid, subgoals, hierarchy, labels, components, landmarks }
     }
 
@@ -99,7 +115,10 @@ impl Index {
             self.hierarchy.bytes(),
             self.labels.bytes(),
             size_of_val(self.components.as_slice()),
-            self.landmarks.bytes(),
+            match &self.landmarks {
+                AnyLandmarks::Eight(landmarks) => landmarks.bytes(),
+                AnyLandmarks::Sixteen(landmarks) => landmarks.bytes(),
+            },
         ];
         grid + parts.iter().sum::<usize>()
     }
@@ -220,7 +239,7 @@ impl Planner for Index {
         free_index(&self.grid, to)?;
         workspace.path.restart(from);
         if let Some(turn) = self.subgoals.direct(from, to) {
-            go(&mut workspace.path, to, Some(turn));
+            go(&mut workspace.path, self.subgoals.moves(), to, Some(turn));
             return Ok(Plan { path: &workspace.path, expanded: 0 });
         }
         for (cell, sight) in [(from, &mut workspace.starts), (to, &mut workspace.goals)] {
@@ -233,7 +252,7 @@ impl Planner for Index {
         }
         let meeting = workspace.meet(self, to).ok_or(no_path)?;
         workspace.unpack(self, meeting);
-        go(&mut workspace.path, to, None);
+        go(&mut workspace.path, self.subgoals.moves(), to, None);
         let expanded = workspace.from.nodes.len() as u32 + workspace.core.expanded;
         Ok(Plan { path: &workspace.path, expanded })
     }
@@ -261,10 +280,17 @@ impl Workspace {
         if self.entries.is_empty() || self.exits.is_empty() {
             return common;
         }
-        let parts = (&index.hierarchy, &index.landmarks, index.subgoals.cells());
+        let (hierarchy, cells) = (&index.hierarchy, index.subgoals.cells());
         let target = Target { cell: to, from: &self.exits };
         let bound = common.map_or(Cost::MAX, |meeting| meeting.cost);
-        let through = self.core.run(parts, &self.entries, &target, bound);
+        let through = match &index.landmarks {
+            AnyLandmarks::Eight(landmarks) => {
+                self.core.run((hierarchy, landmarks, cells), &self.entries, &target, bound)
+            }
+            AnyLandmarks::Sixteen(landmarks) => {
+                self.core.run((hierarchy, landmarks, cells), &self.entries, &target, bound)
+            }
+        };
         through.map(|(hub, cost)| Meeting { cost, hub, in_core: true }).or(common)
     }
 
@@ -287,11 +313,11 @@ impl Workspace {
         let first = self.from.hubs[hub as usize].1;
         climb(index, first, hub, &mut self.hops);
         self.hops[climbed..].reverse();
-        let cells = index.subgoals.cells();
-        go(&mut self.path, cells[first as usize], None);
+        let (cells, moves) = (index.subgoals.cells(), index.subgoals.moves());
+        go(&mut self.path, moves, cells[first as usize], None);
         while let Some(Hop { from, to, middle }) = self.hops.pop() {
             if middle == NONE {
-                go(&mut self.path, cells[to as usize], None);
+                go(&mut self.path, moves, cells[to as usize], None);
                 continue;
             }
             let halves = (index.hierarchy.between(middle, from), index.hierarchy.between(middle, to));
@@ -314,16 +340,14 @@ fn climb(index: &Index, mut node: u32, hub: u32, hops: &mut Vec<Hop>) {
 
 /// Goes on to `to`, which is seen from the end of the path, turning where `turn` says; without it
 /// the first move is the last one so far if that is possible.
-fn go(path: &mut Path, to: Cell, turn: Option<Turn>) {
-    let leg = Leg::new(path.end(), to);
-    let straight = (leg.straight, leg.straights);
-    let diagonal = (leg.diagonal, leg.diagonals);
+fn go(path: &mut Path, moves: MoveSet, to: Cell, turn: Option<Turn>) {
+    let Leg { finer, other } = Leg::new(moves, path.end(), to);
     let turn = turn.unwrap_or_else(|| {
-        if path.last_step() == Some(leg.straight) { Turn::StraightFirst } else { Turn::DiagonalFirst }
+        if path.last_step() == Some(other.0) { Turn::FinerLast } else { Turn::FinerFirst }
     });
     let (first, second) = match turn {
-        Turn::StraightFirst => (straight, diagonal),
-        Turn::DiagonalFirst => (diagonal, straight),
+        Turn::FinerFirst => (finer, other),
+        Turn::FinerLast => (other, finer),
     };
     path.run(first.0, first.1);
     path.run(second.0, second.1);

@@ -113,9 +113,13 @@ fn maps() -> impl Strategy<Value = Grid> {
     prop_oneof![clutter(), rooms(), mazes(), terrain(), warehouses()]
 }
 
+fn move_sets() -> impl Strategy<Value = MoveSet> {
+    prop::sample::select(vec![MoveSet::Eight, MoveSet::Sixteen])
+}
+
 /// Budgets from none, so that all is core, to enough, so that none is.
 fn budgets() -> impl Strategy<Value = u64> {
-    prop_oneof![Just(0), 0u64..20_000, Just(u64::MAX)]
+    prop_oneof![Just(0), 0u64..20_000, Just(3_000_000)]
 }
 
 fn check(
@@ -124,11 +128,12 @@ fn check(
     workspace: &mut Workspace,
     other: &mut search::Workspace,
 ) -> Result<(), TestCaseError> {
-    let expected = AStar::new(index.grid(), MoveSet::Eight).plan(from, to, other);
+    let moves = index.subgoals.moves();
+    let expected = AStar::new(index.grid(), moves).plan(from, to, other);
     match (index.plan(from, to, workspace), expected) {
         (Ok(plan), Ok(found)) => {
             prop_assert_eq!(plan.path.length(), found.path.length(), "from {} to {}", from, to);
-            prop_assert!(plan.path.is_walkable(index.grid(), MoveSet::Eight), "{:?}", plan.path);
+            prop_assert!(plan.path.is_walkable(index.grid(), moves), "{:?}", plan.path);
             prop_assert_eq!((plan.path.start(), plan.path.end()), (from, to));
             prop_assert_eq!(
                 plan.path.steps().map(crate::moves::Length::of).sum::<crate::moves::Length>(),
@@ -146,9 +151,9 @@ proptest! {
 
     #[test]
     fn the_index_finds_what_a_star_finds(
-        grid in maps(), budget in budgets(), ends in vec((any::<Place>(), any::<Place>()), 1..8),
+        grid in maps(), moves in move_sets(), budget in budgets(), ends in vec((any::<Place>(), any::<Place>()), 1..8),
     ) {
-        let index = Index::with_budget(grid, budget);
+        let index = Index::with_budget(grid, moves, budget);
         let mut memory = (Workspace::default(), search::Workspace::default());
         let cell = |place: Place| index.grid().cell(place.index(index.grid().len()));
         for (from, to) in ends {
@@ -158,18 +163,18 @@ proptest! {
 
     #[test]
     fn a_workspace_goes_from_map_to_map(
-        queries in vec((clutter(), budgets(), any::<Place>(), any::<Place>()), 2..6),
+        queries in vec((clutter(), move_sets(), budgets(), any::<Place>(), any::<Place>()), 2..6),
     ) {
         let mut memory = (Workspace::default(), search::Workspace::default());
-        for (grid, budget, from, to) in queries {
+        for (grid, moves, budget, from, to) in queries {
             let ends = [from, to].map(|place| grid.cell(place.index(grid.len())));
-            check(&Index::with_budget(grid, budget), (ends[0], ends[1]), &mut memory.0, &mut memory.1)?;
+            check(&Index::with_budget(grid, moves, budget), (ends[0], ends[1]), &mut memory.0, &mut memory.1)?;
         }
     }
 
     #[test]
-    fn what_sees_is_seen(grid in maps(), from in any::<Place>()) {
-        let subgoals = Subgoals::find(&grid);
+    fn what_sees_is_seen(grid in maps(), moves in move_sets(), from in any::<Place>()) {
+        let subgoals = Subgoals::find(&grid, moves);
         if !subgoals.cells().is_empty() {
             let from = from.index(subgoals.cells().len()) as u32;
             let sight = |from: u32| {
@@ -190,8 +195,11 @@ fn every_pair_of_a_small_map_is_as_a_star_says() {
         ["..........", ".@@.@@@.@.", ".@....@.@.", ".@.@@.@...", "...@..@@@.", "@@.@@.....", "...@..@@.@"];
     let grid = map(10, 7, |cell| rows[cell.y as usize].as_bytes()[cell.x as usize] == b'.');
     let mut memory = (Workspace::default(), search::Workspace::default());
-    for budget in [0, 500, u64::MAX] {
-        let index = Index::with_budget(grid.clone(), budget);
+    let kinds = [0, 500, u64::MAX]
+        .into_iter()
+        .flat_map(|budget| [MoveSet::Eight, MoveSet::Sixteen].map(|moves| (budget, moves)));
+    for (budget, moves) in kinds {
+        let index = Index::with_budget(grid.clone(), moves, budget);
         let cells = || (0..grid.len()).map(|place| grid.cell(place));
         for (from, to) in cells().flat_map(|from| cells().map(move |to| (from, to))) {
             check(&index, (from, to), &mut memory.0, &mut memory.1).unwrap();
@@ -201,7 +209,7 @@ fn every_pair_of_a_small_map_is_as_a_star_says() {
 
 #[test]
 fn what_is_outside_or_blocked_is_said() {
-    let index = Index::build(map(3, 1, |cell| cell.x != 1));
+    let index = Index::build(map(3, 1, |cell| cell.x != 1), MoveSet::Eight);
     let mut workspace = Workspace::default();
     let mut error = |from, to| index.plan(from, to, &mut workspace).unwrap_err();
     let at = |x, y| Cell { x, y };
@@ -219,13 +227,17 @@ fn what_is_outside_or_blocked_is_said() {
 
 #[test]
 fn a_map_without_cells_has_an_index() {
-    let index = Index::build(Grid::blocked(0, 0).unwrap());
-    assert!(index.plan(Cell::default(), Cell::default(), &mut Workspace::default()).is_err());
+    for moves in [MoveSet::Eight, MoveSet::Sixteen] {
+        let index = Index::build(Grid::blocked(0, 0).unwrap(), moves);
+        assert!(index.plan(Cell::default(), Cell::default(), &mut Workspace::default()).is_err());
+    }
 }
 
 #[test]
 fn a_map_gives_the_same_index_every_time() {
     let grid = map(120, 120, |Cell { x, y }| (x * 7 + y * 13 + x * y) % 9 != 0);
-    let index = || format!("{:?}", Index::build(grid.clone()));
-    assert_eq!(index(), index());
+    for moves in [MoveSet::Eight, MoveSet::Sixteen] {
+        let index = || format!("{:?}", Index::build(grid.clone(), moves));
+        assert_eq!(index(), index());
+    }
 }

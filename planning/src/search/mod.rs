@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`Dijkstra`] | 8 or 16 | nothing; also from one cell to many |
 //! | [`AStar`] | 8 or 16 | nothing |
-//! | [`Jps`] | 8 | bitmaps of where jumps end |
+//! | [`Jps`] | 8 or 16 | bitmaps of where jumps end |
 //!
 //! All answer the one trait [`Planner`]. Costs are integers, so the same query expands the same nodes
 //! on every machine.

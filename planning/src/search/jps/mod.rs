@@ -214,7 +214,12 @@ struct Query<'a, J> {
 }
 
 impl<'a, J: Jumps> Query<'a, J> {
-    fn new(bitmaps: &'a J, [width, height]: [usize; 2], ends: [Cell; 2], workspace: &'a mut Workspace) -> Self {
+    fn new(
+        bitmaps: &'a J,
+        [width, height]: [usize; 2],
+        ends: [Cell; 2],
+        workspace: &'a mut Workspace,
+    ) -> Self {
         let [start, goal] = ends.map(Place::of);
         Self { bitmaps, width, height, start, goal, bound: Cost::MAX, last: start, workspace }
     }

@@ -142,7 +142,11 @@ impl Query<'_, Sixteen> {
         let (line, at) = along::<ALONG>(turn);
         let before = if is_forth(ALONG) { at - 1 } else { at + 1 };
         let side = if is_forth(ASIDE) { line + 1 } else { line - 1 };
-        if opens(self.lines::<ALONG>(), side, at, before) { 1 << ASIDE | 1 << knight(ASIDE, ALONG) } else { 0 }
+        if opens(self.lines::<ALONG>(), side, at, before) {
+            1 << ASIDE | 1 << knight(ASIDE, ALONG)
+        } else {
+            0
+        }
     }
 
     #[inline]
@@ -251,11 +255,8 @@ impl Query<'_, Sixteen> {
 /// Where the run from place `at` of a slanted line ends that goes as `WAY` from line to line of the map.
 #[inline]
 fn end<const BITMAPS: usize, const WAY: usize>(lines: &Woven<BITMAPS>, line: usize, at: usize) -> End {
-    let stop = if is_forth(WAY) {
-        lines.next(STOPS, line, at + 1)
-    } else {
-        lines.previous(STOPS + 1, line, at - 1)
-    };
+    let stop =
+        if is_forth(WAY) { lines.next(STOPS, line, at + 1) } else { lines.previous(STOPS + 1, line, at - 1) };
     let is_turn = lines.bit(OPEN, line, if is_forth(WAY) { stop - 1 } else { stop });
     End { steps: stop.abs_diff(at) - usize::from(!is_turn), is_turn }
 }

@@ -41,9 +41,8 @@ impl<'a> View<'a> {
         [0, 1].map(|along| {
             let slant = 2 * SIGNS[along];
             let ways = [(0, along), (1, 1 - along)];
-            let turns = ways.map(|(across, along)| {
-                self.straight[along].joined(&diagonal[across][along]).crossing(slant)
-            });
+            let turns = ways
+                .map(|(across, along)| self.straight[along].joined(&diagonal[across][along]).crossing(slant));
             let runs = Runs::new(self.free, slant, ways.map(|(across, along)| &self.openings[across][along]));
             let [forth, back] = &runs.stops;
             Woven::of([forth, back, &runs.open[1], &turns[0], &turns[1]])
@@ -56,7 +55,9 @@ fn opening(free: &Lines, across: isize, along: isize) -> Lines {
     let mut opening = Lines::new(free.count(), free.length());
     for number in 0..free.count() {
         // The first and the last line have no free cell to stand on.
-        let Some(side) = number.checked_add_signed(across).filter(|&side| side < free.count()) else { continue };
+        let Some(side) = number.checked_add_signed(across).filter(|&side| side < free.count()) else {
+            continue;
+        };
         let side = free.line(side);
         for (index, opening) in opening.line_mut(number).iter_mut().enumerate() {
             *opening = side[index] & !shifted(side, index, -along);
