@@ -33,7 +33,7 @@ fn run(steps: &mut Steps) -> Result<(), Failure> {
     steps.commands("firmware documentation", firmware::documentation(&toolchain))?;
     steps.commands("tests", [cargo("test --quiet --workspace")])?;
     steps.commands("optimal lengths", [planning::check()])?;
-    steps.commands("simulated sites", [soak::some()])?;
+    steps.commands("simulated sites", soak::some())?;
     steps.step("fuzzing", "cargo xtask fuzz", fuzz::test)
 }
 

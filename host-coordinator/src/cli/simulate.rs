@@ -48,6 +48,9 @@ pub struct Simulate {
     /// Only the first so many piles of the site [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     piles: Option<u16>,
+    /// The facility's power for all piles together, in watts [default: enough for all]
+    #[arg(long, value_name = "W", value_parser = super::non_negative)]
+    power_cap: Option<f64>,
     /// How many hours pass in a run
     #[arg(long, value_name = "H", default_value_t = 1.0, value_parser = hours)]
     hours: f64,
@@ -121,14 +124,15 @@ impl Simulate {
 
     /// Runs all seeds under a policy.
     fn outcomes(&self, site: &Arc<Site>, first: &Trial, policy: PolicyName) -> (Ground, Vec<Run>) {
-        let ground = Ground::new(site, Policy { choose: policy, ..Policy::default() }, self.robots);
+        let policy = Policy { choose: policy, power_cap_w: self.power_cap, ..Policy::default() };
+        let ground = Ground::new(site, policy, self.robots);
         let begun = Instant::now();
         let bar = bar(self.seeds);
         let outcomes = campaign::run(&ground, first, self.seeds, |_| bar.inc(1));
         bar.finish_and_clear();
         if !self.json {
             let (simulated_h, real_s) = (self.hours * self.seeds as f64, begun.elapsed().as_secs_f64());
-            say(&format!("{policy}: {simulated_h:.1} simulated hours in {real_s:.1} s"));
+            say(&format!("{}: {simulated_h:.1} simulated hours in {real_s:.1} s", policy.choose));
         }
         (ground, outcomes)
     }
@@ -199,6 +203,9 @@ impl Simulate {
         }
         if let Some(piles) = self.piles {
             command += &format!(" --piles {piles}");
+        }
+        if let Some(power_cap_w) = self.power_cap {
+            command += &format!(" --power-cap {power_cap_w}");
         }
         if let Some(site) = &self.site {
             command += &format!(" --site {}", site.display());

@@ -254,6 +254,10 @@ impl Coordinator {
 
     fn end(&mut self, turn: &mut Turn, pile: PileId, lease: &Lease, why: LeaseEnd, charged: DurationMs) {
         let LeaseRef { lease: id, robot, .. } = lease.name;
+        if why == LeaseEnd::RanOut {
+            // What the pile said before it fell silent tells nothing of what it does now.
+            self.observed.piles.entry(pile).or_default().report = None;
+        }
         self.record(turn, Fact::Ended { pile, lease: id, robot, why, charged });
         self.observed.queue_is_due = true;
     }

@@ -2,8 +2,8 @@
 //!
 //! A pile counts with its whole power from the grant of a lease until the lease is over for sure, and
 //! while it is promised to a robot that comes next, so that a promise never lacks power. A pile that reports
-//! a holder that is in no log counts too, and after a start every pile that was not heard yet, for as long as
-//! a device may be silent.
+//! a holder that is in no log counts too, one whose lease ran out while it was silent until it is heard, and
+//! after a start every pile that was not heard yet, for as long as a device may be silent.
 
 use protocol::{Availability, PileId, SiteMillis, limits};
 
@@ -17,7 +17,7 @@ impl Coordinator {
     /// The power of all piles that draw any, or may, in watts.
     pub(super) fn granted_w(&self, now: SiteMillis) -> f64 {
         let draw = self.site.piles.iter().filter(|pile| self.may_draw(pile.id, now));
-        draw.map(|pile| f64::from(pile.power_w)).sum()
+        draw.fold(0.0, |sum, pile| sum + f64::from(pile.power_w))
     }
 
     /// What is left for piles that draw none yet, in watts.
@@ -34,7 +34,10 @@ impl Coordinator {
         let record = self.state.piles.get(&pile);
         let booked = record.is_some_and(|record| record.lease.is_some() || record.next.is_some());
         let report = self.observed.piles.get(&pile).and_then(|seen| seen.report);
-        let unknown = || now.since(self.observed.started) <= limits::SILENCE;
+        let unknown = || {
+            let charges_on = record.is_some_and(|record| record.may_charge_on);
+            charges_on || now.since(self.observed.started) <= limits::SILENCE
+        };
         booked || report.map_or_else(unknown, |report| report.energised || report.holder.is_some())
     }
 

@@ -64,6 +64,8 @@ pub struct PileRecord {
     pub lease: Option<Lease>,
     /// Who is promised the pile when it is free again.
     pub next: Option<RobotId>,
+    /// Whether its last lease ran out while it was silent: it may charge on under it, until it is heard.
+    pub may_charge_on: bool,
     /// The faults it has, as far as it reported them in the start of `fault_report`.
     pub faults: BTreeSet<FaultCode>,
     /// The last fault report.
@@ -321,6 +323,7 @@ impl State {
                 self.spend(*command);
                 let record = self.piles.entry(*pile).or_default();
                 record.next = record.next.filter(|next| *next != lease.robot);
+                record.may_charge_on = false;
                 record.lease = Some(Lease {
                     name: *lease,
                     energy: *energy,
@@ -354,7 +357,9 @@ impl State {
             }
             Fact::Revoked { pile, lease, command, why } => self.revoke(at, *pile, *lease, *command, *why),
             Fact::Adopted { pile, lease } => {
-                self.piles.entry(*pile).or_default().lease = Some(Lease {
+                let record = self.piles.entry(*pile).or_default();
+                record.may_charge_on = false;
+                record.lease = Some(Lease {
                     name: *lease,
                     energy: EnergyJ::MIN,
                     granted_at: at,
@@ -495,10 +500,10 @@ impl State {
     }
 
     fn end(&mut self, pile: PileId, lease: LeaseId, robot: RobotId, why: LeaseEnd) {
-        if self.lease_mut(pile, lease).is_none() {
-            return;
-        }
-        self.piles.entry(pile).or_default().lease = None;
+        let Some(ended) = self.lease_mut(pile, lease).copied() else { return };
+        let record = self.piles.entry(pile).or_default();
+        record.lease = None;
+        record.may_charge_on = why == LeaseEnd::RanOut && ended.phase != Phase::Refused;
         if why == LeaseEnd::ByPile(EndReason::Completed) {
             self.totals.charges_completed = self.totals.charges_completed.saturating_add(1);
             self.close_at(robot, pile);

@@ -35,6 +35,11 @@ pub enum Breach {
         /// Which pile.
         pile: PileId,
     },
+    /// The facility gives no more power than it has: its piles may draw so much together.
+    Overdrawn {
+        /// What they may draw, in watts.
+        drawn_w: f64,
+    },
     /// The event log gives another state than the one that recorded it.
     OtherState,
     /// An event reads back from the log as another.
@@ -58,6 +63,9 @@ impl fmt::Display for Breach {
                 write!(f, "robot {robot} asks, was heard, and is not in the coordinator's book")
             }
             Self::Unleased { pile } => write!(f, "pile {pile} gave energy without a lease"),
+            Self::Overdrawn { drawn_w } => {
+                write!(f, "all piles together may draw {drawn_w:.0} W, more than the facility has")
+            }
             Self::OtherState => f.write_str("the event log folds to another state"),
             Self::OtherEvent { index } => write!(f, "event {index} reads back from the log as another"),
         }

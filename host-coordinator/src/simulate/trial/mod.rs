@@ -98,6 +98,8 @@ pub struct Ground {
     coordinator: Coordinator,
     robots: u16,
     alert_j: f64,
+    /// No more power than this may go to all piles together, in watts.
+    power_cap_w: Option<f64>,
     piles: Vec<(PileId, f32, Point)>,
     doors: Vec<(Point, f64)>,
 }
@@ -115,6 +117,7 @@ impl Ground {
             terrain: Arc::new(Terrain::new(site)),
             coordinator: Coordinator::recover(Arc::clone(site), site.lmpp(1.0), policy, &configs, []),
             robots,
+            power_cap_w: policy.power_cap_w,
             alert_j: MODEL.alert(site).get().into(),
             piles: site.piles.iter().map(|pile| (pile.id, pile.power_w, point(pile.cell))).collect(),
             doors: doors.collect(),

@@ -8,6 +8,7 @@ use firmware_pile::{
 use protocol::{BootEpoch, DeviceId, DurationMs, FrameError, Message, Millis, PileId, limits};
 
 use super::{
+    breach::Breach,
     faults::Fault,
     network::{Letter, Node, Opened, Session},
     run::{Occasion, Run},
@@ -50,6 +51,8 @@ pub(super) struct Pile {
     pub docked: Vec<usize>,
     /// Whether its contacts are connected with the power stage.
     pub closed: bool,
+    /// Whether its power stage may give power.
+    gives: bool,
     /// The power goes when this share of the records of the next step is stored.
     doom: Option<f64>,
     pub watch: PileWatch,
@@ -74,6 +77,7 @@ impl Pile {
             visitors: Vec::new(),
             docked: Vec::new(),
             closed: false,
+            gives: false,
             doom: None,
             watch: PileWatch::default(),
         }
@@ -147,6 +151,7 @@ impl Run<'_> {
             return;
         }
         pile.up = false;
+        pile.gives = false;
         pile.doom = None;
         pile.plant = Plant::new();
         pile.watch.restarted();
@@ -328,8 +333,22 @@ impl Run<'_> {
             site_now: pile.core.site_now(),
             booked,
         };
+        let gave = std::mem::replace(&mut pile.gives, sight.limit_a > 0.0);
+        let begins = pile.gives && !gave;
         if let Some(breach) = pile.watch.look(self.now, &sight) {
             self.note(breach);
+        }
+        if begins {
+            self.check_power();
+        }
+    }
+
+    /// All piles that may give power give no more than the facility has.
+    fn check_power(&mut self) {
+        let giving = self.piles.iter().filter(|pile| pile.gives);
+        let drawn_w = giving.map(|pile| f64::from(pile.power_w)).sum();
+        if self.ground.power_cap_w.is_some_and(|cap_w| drawn_w > cap_w) {
+            self.note(Breach::Overdrawn { drawn_w });
         }
     }
 }

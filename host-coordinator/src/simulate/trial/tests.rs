@@ -49,11 +49,13 @@ fn without_faults_everybody_who_asks_is_charged_and_nobody_strands() {
 
 #[test]
 fn no_promise_is_broken_whatever_goes_wrong() {
-    let ground = ground(20, 6);
-    for seed in 0..6 {
-        let outcome = trial(seed, 20, 10, Faults::ALL).run(&ground);
-        assert_eq!(outcome.failure, None, "seed {seed}");
-        assert!(outcome.tally.counts.granted > 0, "seed {seed}: {:?}", outcome.tally);
+    for power_cap_w in [None, Some(1_100.0)] {
+        let ground = ground_with(20, 6, Policy { power_cap_w, ..Policy::default() });
+        for seed in 0..6 {
+            let outcome = trial(seed, 20, 10, Faults::ALL).run(&ground);
+            assert_eq!(outcome.failure, None, "seed {seed}");
+            assert!(outcome.tally.counts.granted > 0, "seed {seed}: {:?}", outcome.tally);
+        }
     }
 }
 

@@ -138,3 +138,18 @@ fn a_pile_that_says_farewell_gets_no_robot_and_is_named() {
     desk.wait(1_000);
     assert_eq!(desk.place(ROBOT), Some(Place::Granted(P)));
 }
+
+#[test]
+fn a_pile_whose_lease_ran_out_unheard_may_charge_on_and_counts_until_it_is_heard() {
+    let (mut desk, _) = Desk::granted();
+    let granted_w = |desk: &Desk| desk.coordinator.view(desk.now).totals.granted_w;
+    desk.wait(120_000);
+    assert_eq!((desk.phase(P), desk.ends()), (None, vec![LeaseEnd::RanOut]));
+    assert_eq!(granted_w(&desk), 500.0, "its robot may have come meanwhile");
+    let mut again = Desk { now: desk.now, ..Desk::with_log(desk.events) };
+    again.wait(60_000);
+    assert_eq!(granted_w(&again), 500.0, "nobody has heard the pile since");
+    again.boot = BootEpoch(2);
+    again.pile_says(P, Availability::Free, None);
+    assert_eq!(granted_w(&again), 0.0);
+}
