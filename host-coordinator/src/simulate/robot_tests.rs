@@ -167,7 +167,7 @@ fn a_charge_is_over_when_live_contacts_go_dead_for_longer_than_a_bounce() {
     rig.after(100, &[]);
     rig.sensed.contacts_live = false;
     rig.after(1_000, &[]);
-    assert_eq!(rig.robot.activity(), Activity::Docked);
+    assert_eq!(rig.robot.activity(), Activity::Charging, "a bounce");
     let outputs = rig.after(1_000, &[]);
     assert_eq!(rig.robot.activity(), Activity::Working);
     assert!(outputs.route.is_some() && outputs.moving);
