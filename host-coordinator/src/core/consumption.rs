@@ -1,11 +1,13 @@
-//! What a robot is seen to take for a metre: its mean and its spread, from its own reports.
+//! What a robot is seen to take for a metre, its mean and its spread, and for a second of standing: from
+//! its own reports.
 //!
 //! A configuration says what a robot takes; a worn battery, a load or a ramp say otherwise. Reports in
 //! which the robot has moved are summed over stretches of `STRETCH_M`, each of which is one sample. The
 //! configured value counts as `BELIEF` samples with a spread of `DOUBT`, and samples are forgotten
-//! slowly, so that the estimate follows a robot that ages.
+//! slowly, so that the estimate follows a robot that ages. What standing takes is learned in the same way,
+//! over `STAND_S`, while the robot waits.
 
-use protocol::RobotState;
+use protocol::{Activity, DurationMs, RobotState};
 
 /// A sample is taken over this distance, in metres: over less, a battery meter's steps are seen.
 const STRETCH_M: f64 = 10.0;
@@ -18,6 +20,10 @@ const JUMP_M: f64 = 20.0;
 const BELIEF: f64 = 4.0;
 /// The spread of the configured consumption, as a share of it.
 const DOUBT: f64 = 0.15;
+/// A sample of standing is taken over this time, in seconds.
+const STAND_S: f64 = 10.0;
+/// Before it was seen to stand, a robot is believed to take this share of what driving takes.
+const STANDING: f64 = 0.5;
 /// No more samples count: those before are forgotten little by little.
 const REMEMBERED: f64 = 50.0;
 
@@ -30,11 +36,15 @@ pub struct Consumption {
     squares: f64,
     stretch_m: f64,
     stretch_j: f64,
+    stands: f64,
+    stand_w: f64,
+    stand_s: f64,
+    stand_j: f64,
 }
 
 impl Consumption {
-    /// Takes two reports that follow one another.
-    pub fn learn(&mut self, before: &RobotState, after: &RobotState) {
+    /// Takes two reports of which the second came so much later.
+    pub fn learn(&mut self, before: &RobotState, after: &RobotState, passed: DurationMs) {
         let metres = |one: protocol::CoordinateM, other: protocol::CoordinateM| {
             f64::from(other.get()) - f64::from(one.get())
         };
@@ -42,6 +52,9 @@ impl Consumption {
         let moved_m = metres(from.x, to.x).hypot(metres(from.y, to.y));
         let taken_j = f64::from(before.energy.get()) - f64::from(after.energy.get());
         if moved_m < MOVED_M {
+            if [before, after].iter().all(|report| report.activity == Activity::Waiting) && taken_j >= 0.0 {
+                self.stand(f64::from(passed.as_seconds()), taken_j);
+            }
             return;
         }
         if moved_m > JUMP_M || taken_j < 0.0 {
@@ -55,6 +68,25 @@ impl Consumption {
             self.add(self.stretch_j / self.stretch_m);
             (self.stretch_m, self.stretch_j) = (0.0, 0.0);
         }
+    }
+
+    /// Has stood for so long, which took so much.
+    fn stand(&mut self, passed_s: f64, taken_j: f64) {
+        self.stand_s += passed_s;
+        self.stand_j += taken_j;
+        if self.stand_s >= STAND_S {
+            self.stands = (self.stands + 1.0).min(REMEMBERED);
+            self.stand_w += (self.stand_j / self.stand_s - self.stand_w) / self.stands;
+            (self.stand_s, self.stand_j) = (0.0, 0.0);
+        }
+    }
+
+    /// What standing takes, in watts, of a robot whose configuration says what a metre takes and how fast it
+    /// drives.
+    #[must_use]
+    pub fn standing_w(&self, configured: f32, speed_mps: f32) -> f64 {
+        let believed = STANDING * f64::from(configured) * f64::from(speed_mps);
+        (BELIEF * believed + self.stands * self.stand_w) / (BELIEF + self.stands)
     }
 
     /// One sample more, in joules a metre (Welford's method).
@@ -89,6 +121,8 @@ mod tests {
 
     use super::*;
 
+    const SECOND: DurationMs = DurationMs(1_000);
+
     fn report(x_m: f64, energy_j: f64) -> RobotState {
         let position = Position { x: CoordinateM::clamped(x_m as f32), y: CoordinateM::clamped(0.0) };
         let energy = EnergyJ::clamped(energy_j as f32);
@@ -101,7 +135,7 @@ mod tests {
         for metre in 0..metres {
             let before = report(metre as f64, energy_j);
             energy_j -= per_metre_j(metre);
-            consumption.learn(&before, &report(metre as f64 + 1.0, energy_j));
+            consumption.learn(&before, &report(metre as f64 + 1.0, energy_j), SECOND);
         }
         consumption
     }
@@ -133,10 +167,27 @@ mod tests {
             [((0.0, 900.0), (0.01, 100.0)), ((0.0, 100.0), (5.0, 900.0)), ((0.0, 900.0), (500.0, 100.0))]
         {
             for _ in 0..10 {
-                consumption.learn(&report(before.0, before.1), &report(after.0, after.1));
+                consumption.learn(&report(before.0, before.1), &report(after.0, after.1), SECOND);
             }
         }
         assert_eq!(consumption, Consumption::default());
+    }
+
+    #[test]
+    fn what_standing_takes_is_learned_while_a_robot_waits_and_believed_before() {
+        let mut consumption = Consumption::default();
+        assert_eq!(consumption.standing_w(100.0, 0.5), 25.0);
+        let stand = |consumption: &mut Consumption, activity| {
+            for second in 0..600 {
+                let at = |second: i32| RobotState { activity, ..report(0.0, 9e4 - 10.0 * f64::from(second)) };
+                consumption.learn(&at(second), &at(second + 1), SECOND);
+            }
+        };
+        stand(&mut consumption, Activity::Working);
+        assert_eq!(consumption.standing_w(100.0, 0.5), 25.0, "its work takes more");
+        stand(&mut consumption, Activity::Waiting);
+        let standing_w = consumption.standing_w(100.0, 0.5);
+        assert!((10.0..12.0).contains(&standing_w), "{standing_w}");
     }
 
     #[test]

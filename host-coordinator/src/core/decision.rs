@@ -32,6 +32,9 @@ pub struct Decision {
     /// How far it gets almost surely, in cells.
     #[serde(default)]
     pub sure_reach: f64,
+    /// What it takes while it stands, in watts; none in the logs of programs that did not record it.
+    #[serde(default)]
+    pub standing_w: Option<f64>,
     /// Where it was, in metres of the site; none in the logs of programs that did not record it.
     #[serde(default)]
     pub position: Option<Position>,
@@ -137,6 +140,7 @@ impl Decision {
             stage: choice.stage.name().to_owned(),
             reach: asker.reach,
             sure_reach: asker.sure_reach,
+            standing_w: Some(asker.standing_w),
             position: Some(asker.position),
             energy_j: asker.energy,
             asked_at_ms: asker.asked_at,

@@ -233,7 +233,7 @@ impl Coordinator {
             }
             Phase::Refused | Phase::Revoking { .. } => false,
         };
-        let lost = self.observed.robot_is_silent(lease.name.robot, now) && !self.is_charging(pile, lease);
+        let lost = self.observed.robot_is_lost(lease.name.robot, now) && !self.is_charging(pile, lease);
         due && !lost && self.robots.contains_key(&lease.name.robot)
     }
 
@@ -306,8 +306,7 @@ impl Coordinator {
     fn keep_promise(&mut self, turn: &mut Turn, pile: PileId) {
         let Some(robot) = self.state.next(pile) else { return };
         let availability = self.observed.report(pile, turn.now).map(|report| report.row.availability);
-        let unheard = self.observed.piles.get(&pile).is_none_or(|seen| seen.report.is_none());
-        let lost = self.state.stranded.contains(&robot) || self.observed.robot_is_silent(robot, turn.now);
+        let lost = self.state.stranded.contains(&robot) || self.observed.robot_is_lost(robot, turn.now);
         match availability {
             Some(Availability::Free) if !lost => self.grant(turn, pile, robot),
             Some(Availability::Done) if !lost && self.stands_at(robot, pile, turn.now) => {
@@ -315,7 +314,8 @@ impl Coordinator {
             }
             Some(Availability::Charging | Availability::Reserved) if !lost => {}
             Some(Availability::Done) if !lost && !self.is_blocked(pile, turn.now) => {}
-            None if unheard && !self.observed.pile_is_silent(pile, turn.now) => {}
+            // Its robot may stand there already, with too little left for any other pile.
+            None if !lost && !self.observed.pile_is_lost(pile, turn.now) => {}
             _ => {
                 self.record(turn, Fact::NextReleased { pile, robot });
                 self.observed.queue_is_due = true;

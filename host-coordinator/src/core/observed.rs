@@ -6,11 +6,15 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use planning::grid::Cell;
 use protocol::{
-    Activity, BootEpoch, DeviceId, EnergyJ, Header, PileId, PileState, Position, RequestId, RobotId,
-    RobotState, Sequence, SiteMillis, limits,
+    Activity, BootEpoch, DeviceId, DurationMs, EnergyJ, Header, PileId, PileState, Position, RequestId,
+    RobotId, RobotState, Sequence, SiteMillis, limits,
 };
 
 use super::{consumption::Consumption, contradictions::Seen, routes::Ways};
+
+/// A device that was silent for this long is lost, and what it was promised is given to others. One that is
+/// silent but not lost may only be cut off, and goes on as it was told.
+pub const LOST: DurationMs = DurationMs(60_000);
 
 /// Everything heard.
 #[derive(Debug, Default)]
@@ -91,6 +95,8 @@ pub struct SeenRobot {
     pub contact: Contact,
     /// Its last report.
     pub report: Option<RobotState>,
+    /// When that came.
+    reported_at: SiteMillis,
     /// Where it was last, and what its battery held.
     pub last: Option<(Position, EnergyJ)>,
     /// Whether it did anything but work since it asked.
@@ -184,8 +190,11 @@ impl Observed {
     /// counts.
     #[must_use]
     pub fn is_silent(&self, contact: Option<&Contact>, now: SiteMillis) -> bool {
-        let heard = contact.and_then(|contact| contact.heard).unwrap_or(self.started);
-        now.since(heard) > limits::SILENCE
+        self.silence(contact, now) > limits::SILENCE
+    }
+
+    fn silence(&self, contact: Option<&Contact>, now: SiteMillis) -> DurationMs {
+        now.since(contact.and_then(|contact| contact.heard).unwrap_or(self.started))
     }
 
     /// Whether a pile was silent for too long.
@@ -200,6 +209,18 @@ impl Observed {
         self.is_silent(self.robots.get(&robot).map(|seen| &seen.contact), now)
     }
 
+    /// Whether a pile has been silent for so long that nobody waits for it any more.
+    #[must_use]
+    pub fn pile_is_lost(&self, pile: PileId, now: SiteMillis) -> bool {
+        self.silence(self.piles.get(&pile).map(|seen| &seen.contact), now) > LOST
+    }
+
+    /// Whether a robot has been silent for so long that nothing is kept for it any more.
+    #[must_use]
+    pub fn robot_is_lost(&self, robot: RobotId, now: SiteMillis) -> bool {
+        self.silence(self.robots.get(&robot).map(|seen| &seen.contact), now) > LOST
+    }
+
     /// A pile's report, unless it was silent for too long since.
     #[must_use]
     pub fn report(&self, pile: PileId, now: SiteMillis) -> Option<&PileState> {
@@ -212,8 +233,9 @@ impl SeenRobot {
     /// Takes a report in.
     pub fn hear(&mut self, now: SiteMillis, report: RobotState) {
         if let Some(before) = self.report {
-            self.consumption.learn(&before, &report);
+            self.consumption.learn(&before, &report, now.since(self.reported_at));
         }
+        self.reported_at = now;
         self.last = Some((report.position, report.energy));
         if report.activity == Activity::Working {
             self.working_since.get_or_insert(now);

@@ -129,6 +129,11 @@ impl Coordinator {
             let Some(seen) = self.observed.robots.get(&robot).filter(|seen| seen.last.is_some()) else {
                 continue;
             };
+            // One that started anew counts its requests anew: it would take the answer, and the old way, for
+            // those to its next request.
+            if seen.contact.boot() != Some(request.boot) {
+                continue;
+            }
             let accepted = seen.report.is_some_and(|report| report.accepted == Some(request.id));
             let (goal, sure) = match request.place {
                 Place::Waiting => (None, false),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use firmware_pile::charge;
-use protocol::{Availability, DurationMs, EnergyJ, PileId, Position, RobotId, SiteMillis};
+use protocol::{Availability, DurationMs, EnergyJ, PileId, PileRow, Position, RobotId, SiteMillis};
 
 use super::{
     PILE,
@@ -24,7 +24,7 @@ const DOOR_S: f64 = 30.0;
 /// A charged robot has left its pile after this, in seconds.
 const LEAVE_S: f64 = 10.0;
 /// What a robot should have left when it comes to a pile, as a share of a full battery.
-const RESERVE: f64 = 0.02;
+pub(super) const RESERVE: f64 = 0.02;
 /// No charge is cut short before it has lasted so long: nobody is sent to and fro.
 const MIN_HOLD: DurationMs = DurationMs(120_000);
 /// What a task takes of which nothing is known, as a share of a full battery.
@@ -47,6 +47,10 @@ pub(super) struct Seen<'a> {
     pub energy: EnergyJ,
     /// What a metre takes, in joules.
     pub per_metre_j: f64,
+    /// What a metre takes at most, almost surely.
+    pub at_most_j: f64,
+    /// What standing takes, in watts.
+    pub standing_w: f64,
     pub ways: Arc<Ways>,
 }
 
@@ -76,13 +80,16 @@ impl Coordinator {
         seats: &[Seat],
     ) -> Asker {
         let consumption = self.observed.robots.get(&config.id).map(|seen| seen.consumption);
-        let (per_metre_j, spread_j) = consumption.unwrap_or_default().estimate(config.energy_per_metre_j);
+        let consumption = consumption.unwrap_or_default();
+        let (per_metre_j, spread_j) = consumption.estimate(config.energy_per_metre_j);
+        let at_most_j = per_metre_j + SPREADS * spread_j;
+        let standing_w = consumption.standing_w(config.energy_per_metre_j, config.speed_mps);
         let full_j = f64::from(config.full.get());
         let spare = EnergyJ::clamped((f64::from(energy.get()) - RESERVE * full_j) as f32);
         let cells = |energy, per_metre_j| reach::reach_cells(energy, per_metre_j, self.site.resolution_m);
         let waited_s = now.since(request.asked_at).0 as f64 / 1000.0;
         let share = f64::from(energy.get()) / full_j;
-        let seen = Seen { config, energy, per_metre_j, ways };
+        let seen = Seen { config, energy, per_metre_j, at_most_j, standing_w, ways };
         let piles = self.site.piles.iter().zip(seats);
         Asker {
             robot: config.id,
@@ -93,7 +100,8 @@ impl Coordinator {
             urgency: priority::urgency(share, request.priority, waited_s),
             is_critical: priority::score(share, request.priority).is_none(),
             reach: cells(energy, per_metre_j),
-            sure_reach: cells(spare, per_metre_j + SPREADS * spread_j),
+            sure_reach: cells(spare, at_most_j),
+            standing_w,
             offers: piles.map(|(pile, seat)| self.offer(now, &seen, pile, seat)).collect(),
         }
     }
@@ -120,13 +128,16 @@ impl Coordinator {
             let lacking = EnergyJ::clamped((f64::from(lacking.get()) + drive_j) as f32);
             let charge = charge::planned_time([lacking], pile.power_w, PILE.eta);
             let wanted = self.state.wanted_at(config.id, period);
+            let doors_s = way.congestion * DOOR_S;
+            let left_j = f64::from(seen.energy.get()) - way.length * self.site.resolution_m * seen.at_most_j;
             let back = self.routes.expected_from(pile.id, wanted).unwrap_or(way.length);
             Times {
                 drive_s,
-                doors_s: way.congestion * DOOR_S,
+                doors_s,
                 free_in_s,
                 charge_s: charge.as_seconds().into(),
                 back_s: self.drive_s(config, back),
+                lasts_s: drive_s + left_j / seen.standing_w,
             }
         });
         let Seat { free_in_s, next_is_open, holder, .. } = *seat;
@@ -180,17 +191,23 @@ impl Coordinator {
     }
 
     /// When a pile is free, in seconds from now: what is left of the planned time of the robot on it (LMPP
-    /// eqs. 1, 2), which may still be on its way. None if nobody knows.
+    /// eqs. 1, 2), which may still be on its way. None if nobody knows. Of a pile that is silent but not lost
+    /// the last report counts.
     fn free_in_s(&self, pile: &SitePile, now: SiteMillis) -> Option<f64> {
-        let report = self.observed.report(pile.id, now)?;
-        match (report.row.availability, self.state.lease(pile.id)) {
-            (Availability::Fault, _) => None,
-            (Availability::Charging, _) => {
-                let ahead =
-                    f64::from(report.row.planned.as_seconds()) * f64::from(report.row.remaining.get());
-                Some(ahead + LEAVE_S)
+        if self.observed.pile_is_lost(pile.id, now) {
+            return None;
+        }
+        let report = self.observed.piles.get(&pile.id).and_then(|seen| seen.report);
+        match (report.map(|report| report.row), self.state.lease(pile.id)) {
+            (Some(PileRow { availability: Availability::Fault, .. }), _) => None,
+            (Some(row), _) if row.availability == Availability::Charging => {
+                Some(f64::from(row.planned.as_seconds()) * f64::from(row.remaining.get()) + LEAVE_S)
             }
-            (Availability::Done, _) => Some(LEAVE_S),
+            (Some(PileRow { availability: Availability::Done, .. }), _) => Some(LEAVE_S),
+            // It waits until no copy of a command can arrive any more.
+            (_, Some(lease)) if !lease.is_wanted() => {
+                Some(f64::from(lease.expiry.since(now).as_seconds()) + LEAVE_S)
+            }
             (_, Some(lease)) => {
                 let robot = self.robots.get(&lease.name.robot)?;
                 let seen = self.observed.robots.get(&robot.id)?;
@@ -199,7 +216,7 @@ impl Coordinator {
                 let planned = charge::planned_time([lease.energy], pile.power_w, PILE.eta);
                 Some(drive_s + f64::from(planned.as_seconds()) + LEAVE_S)
             }
-            (Availability::Free | Availability::Reserved, None) => Some(0.0),
+            (_, None) => Some(0.0),
         }
     }
 

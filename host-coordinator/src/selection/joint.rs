@@ -24,6 +24,11 @@ use super::{
 /// An occupied pile is promised to a robot this long before it has to set off, in seconds: the planned
 /// times of charges are no more exact.
 const AHEAD_S: f64 = 30.0;
+/// A battery is to last so much longer than until the charge should begin, in seconds: crowded doors, charges
+/// that take longer than planned and networks that are cut take their time.
+const PRUDENCE_S: f64 = 90.0;
+/// What a second costs that a robot would stand empty for, in seconds away from work.
+const EMPTY: f64 = 20.0;
 /// The unit of costs, in seconds: fine enough that no two piles a cell apart cost the same.
 const COST_UNIT_S: f64 = 0.01;
 
@@ -36,28 +41,29 @@ impl ChargingPolicy for Joint {
         let askers = &situation.askers;
         let piles = askers.first().map_or(0, |asker| asker.offers.len());
         let most_urgent = askers.iter().map(|asker| asker.urgency).fold(0.0, f64::max);
-        let reaches: Vec<f64> = askers.iter().map(reach).collect();
+        let ranges: Vec<f64> = askers.iter().map(Asker::range).collect();
+        let least_empty_s: Vec<f64> = askers.iter().zip(&ranges).map(least_empty_s).collect();
         let mut assignment = Assignment::default();
         assignment.solve(askers.len(), piles, |row, column| {
             let (asker, offer) = (askers.get(row)?, askers.get(row)?.offers.get(column)?);
-            let times = usable(offer, *reaches.get(row)?)?;
+            let times = usable(offer, *ranges.get(row)?)?;
+            let empty_s = times.empty_s(PRUDENCE_S) - least_empty_s.get(row)?;
             let yielding_s = (most_urgent - asker.urgency) * priority::AGEING_S;
             // The cast saturates: such a pair is as dear as a pair can be.
-            Some(((times.away_s() + yielding_s) / COST_UNIT_S) as PairCost)
+            Some(((times.away_s() + EMPTY * empty_s + yielding_s) / COST_UNIT_S) as PairCost)
         });
-        let rows = askers.iter().zip(reaches).enumerate();
-        let choices = rows.map(|(row, (asker, reach))| explained(situation, &assignment, row, asker, reach));
+        let rows = askers.iter().zip(ranges).enumerate();
+        let choices = rows.map(|(row, (asker, range))| explained(situation, &assignment, row, asker, range));
         let mut choices: Vec<_> = choices.collect();
         preempt(situation, &mut choices);
         choices
     }
 }
 
-/// How far a robot may be sent, in cells: as far as it surely gets. Where that leads to no pile, as far as
-/// it gets on average: standing still is no better.
-fn reach(asker: &Asker) -> f64 {
-    let surely = asker.offers.iter().any(|offer| usable(offer, asker.sure_reach).is_some());
-    if surely { asker.sure_reach } else { asker.reach }
+/// For how long a robot stands empty at the least, whichever pile it gets.
+fn least_empty_s((asker, range): (&Asker, &f64)) -> f64 {
+    let empty_s = asker.offers.iter().filter_map(|offer| Some(usable(offer, *range)?.empty_s(PRUDENCE_S)));
+    empty_s.fold(f64::INFINITY, f64::min)
 }
 
 /// The times of a pile that a robot with this reach could be given, now or next.

@@ -40,7 +40,9 @@ fn asker(number: u16, asked_s: u64, share: f64, piles: &[Pile], distances: &[Opt
             free_in_s: what.free_in_s,
             charge_s: 100.0,
             back_s: distance,
+            lasts_s: 10_000.0,
         });
+        let times = times.filter(|_| what.availability != Some(Availability::Fault));
         let free_in_s = Some(what.free_in_s);
         Offer { candidate, free_in_s, next_is_open: what.next_is_open, holder: what.holder, times }
     });
@@ -54,6 +56,7 @@ fn asker(number: u16, asked_s: u64, share: f64, piles: &[Pile], distances: &[Opt
         is_critical: priority::score(share, TaskPriority::USUAL).is_none(),
         reach: 100.0 * share,
         sure_reach: 80.0 * share,
+        standing_w: 30.0,
         offers: offers.collect(),
     }
 }
@@ -102,6 +105,37 @@ fn a_robot_goes_beyond_its_sure_reach_only_where_nothing_else_is_left() {
     assert_eq!(to(free()), [Some(1)]);
     assert_eq!(to(Pile { availability: Some(Availability::Fault), ..free() }), [Some(2)]);
     assert_eq!(to(occupied(500.0)), [None], "it waits for what it surely reaches");
+}
+
+#[test]
+fn a_robot_is_not_sent_where_its_battery_would_be_empty_before_its_turn_comes() {
+    let piles = [occupied(200.0), occupied(400.0)];
+    let to = |lasts_s| {
+        let mut asker = asker(1, 900, 0.5, &piles, &[Some(39.0), Some(2.0)]);
+        asker.offers.iter_mut().flat_map(|offer| &mut offer.times).for_each(|times| {
+            times.charge_s = if times.drive_s < 10.0 { 0.0 } else { 300.0 };
+            times.lasts_s = lasts_s;
+        });
+        let choice = Joint.choose(&Situation { askers: vec![asker] }).remove(0);
+        choice.explanations.iter().position(|row| matches!(row.verdict, Verdict::NotYet { .. }))
+    };
+    assert_eq!(to(10_000.0), Some(1), "there it works again sooner");
+    assert_eq!(to(300.0), Some(0), "there its battery would be empty");
+    assert_eq!(to(100.0), Some(0), "there it is empty for less long");
+}
+
+#[test]
+fn no_charge_is_cut_short_far_away_for_a_robot_that_a_pile_nearby_serves_in_time() {
+    let holder = Some(Holder { robot: RobotId(9), priority: TaskPriority::USUAL, share: 0.9 });
+    let piles = [occupied(300.0), Pile { holder, next_is_open: false, ..occupied(300.0) }];
+    // It surely gets 8 cells far, and on average 10.
+    let to = |lasts_s| {
+        let mut asker = asker(1, 900, 0.1, &piles, &[Some(1.0), Some(9.0)]);
+        asker.offers.iter_mut().flat_map(|offer| &mut offer.times).for_each(|times| times.lasts_s = lasts_s);
+        Joint.choose(&Situation { askers: vec![asker] }).remove(0).chosen
+    };
+    assert_eq!(to(400.0), None);
+    assert_eq!(to(200.0), Some(PileId(2)), "standing still is no better");
 }
 
 #[test]

@@ -50,8 +50,9 @@ fn is_soon_served(asker: &Asker, choice: &Choice) -> bool {
 }
 
 fn best<'a>(asker: &'a Asker, given: &BTreeSet<PileId>) -> Option<&'a Offer> {
+    let range = asker.range();
     let candidates = asker.offers.iter().filter_map(|offer| {
-        let in_reach = offer.candidate.distance.is_some_and(|distance| distance <= asker.reach);
+        let in_reach = offer.candidate.distance.is_some_and(|distance| distance <= range);
         let holder = offer.holder.filter(|_| in_reach && !given.contains(&offer.candidate.pile))?;
         Some((holder, offer))
     });

@@ -36,6 +36,8 @@ pub struct Asker {
     /// How far it gets almost surely, in cells: by the upper end of what it was seen to consume, with a
     /// reserve. Never more than `reach`.
     pub sure_reach: f64,
+    /// What it takes while it stands, in watts.
+    pub standing_w: f64,
     /// What every pile is to it.
     pub offers: Vec<Offer>,
 }
@@ -51,7 +53,7 @@ pub struct Offer {
     pub next_is_open: bool,
     /// Who is charged there, if that can be cut short.
     pub holder: Option<Holder>,
-    /// What it would cost the robot in time; none if no way leads there.
+    /// What it would cost the robot in time; none if no way leads there, or nobody knows when it is free.
     pub times: Option<Times>,
 }
 
@@ -80,6 +82,10 @@ pub struct Times {
     pub charge_s: f64,
     /// The drive to where the robot is wanted afterwards: by its pass counts (K, eq. 5), else back.
     pub back_s: f64,
+    /// No part of it: for how long its battery lasts almost surely, if the robot drives to the pile and
+    /// stands there.
+    #[serde(default)]
+    pub lasts_s: f64,
 }
 
 impl Times {
@@ -95,6 +101,13 @@ impl Times {
         (self.free_in_s - self.way_s()).max(0.0)
     }
 
+    /// For how long the robot would stand at the pile with an empty battery, if all takes `prudence_s` longer
+    /// than it should; 0 if it would not.
+    #[must_use]
+    pub const fn empty_s(&self, prudence_s: f64) -> f64 {
+        (self.way_s() + self.wait_s() + prudence_s - self.lasts_s).max(0.0)
+    }
+
     /// All of it: from now until the robot works again.
     #[must_use]
     pub const fn away_s(&self) -> f64 {
@@ -103,6 +116,17 @@ impl Times {
 }
 
 impl Asker {
+    /// How far the robot may be sent, in cells: as far as it surely gets. Where no pile there can serve it in
+    /// time, as far as it gets on average: standing still is no better.
+    #[must_use]
+    pub fn range(&self) -> f64 {
+        let saves = |offer: &Offer| {
+            let in_reach = offer.candidate.distance.is_some_and(|distance| distance <= self.sure_reach);
+            in_reach && offer.times.is_some_and(|times| times.empty_s(0.0) == 0.0)
+        };
+        if self.offers.iter().any(saves) { self.sure_reach } else { self.reach }
+    }
+
     /// What LMPP's choice knows of the piles, without those that are `given` to others of the same
     /// instant.
     #[must_use]

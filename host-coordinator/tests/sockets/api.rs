@@ -104,6 +104,7 @@ async fn the_state_has_the_promised_form() {
             "request",
             "robot",
             "stage",
+            "standing_w",
             "sure_reach",
             "urgency",
             "waited_s"
@@ -127,7 +128,10 @@ async fn the_state_has_the_promised_form() {
             "verdict"
         ]
     );
-    assert_eq!(keys(&chosen.unwrap()["times"]), ["back_s", "charge_s", "doors_s", "drive_s", "free_in_s"]);
+    assert_eq!(
+        keys(&chosen.unwrap()["times"]),
+        ["back_s", "charge_s", "doors_s", "drive_s", "free_in_s", "lasts_s"]
+    );
     assert_eq!(
         keys(&state["totals"]),
         [

@@ -17,10 +17,11 @@ use protocol::{Availability, RobotId, SiteMillis};
 pub use standing::Standing;
 
 use super::{
+    consumption::Consumption,
     coordinator::Coordinator,
     decision::{Decision, Explanation},
     event::{Event, Fact},
-    situation::{Seat, Seen},
+    situation::{RESERVE, Seat, Seen},
 };
 use crate::selection::{Asker, Situation, Verdict, priority};
 
@@ -117,15 +118,20 @@ impl Coordinator {
         let config = self.robots.get(&robot)?;
         let position = decision.position?;
         let cell = self.site.cell_of(position).filter(|cell| self.site.grid.is_free(*cell))?;
+        // Eq. 6 the other way round.
+        let per_metre_j = |energy_j: f64, reach: f64| {
+            let taken_j = energy_j / (reach * self.site.resolution_m);
+            if reach > 0.0 { taken_j } else { config.energy_per_metre_j.into() }
+        };
+        let energy_j = f64::from(energy.get());
+        let spare_j = energy_j - RESERVE * f64::from(config.full.get());
+        let unseen_w = Consumption::default().standing_w(config.energy_per_metre_j, config.speed_mps);
         let seen = Seen {
             config,
             energy,
-            // Eq. 6 the other way round.
-            per_metre_j: if reach > 0.0 {
-                f64::from(energy.get()) / (reach * self.site.resolution_m)
-            } else {
-                config.energy_per_metre_j.into()
-            },
+            per_metre_j: per_metre_j(energy_j, reach),
+            at_most_j: per_metre_j(spare_j, decision.sure_reach),
+            standing_w: decision.standing_w.unwrap_or(unseen_w),
             ways: self.routes.ways(cell).into(),
         };
         let offers = self.site.piles.iter().map(|pile| {
@@ -142,6 +148,7 @@ impl Coordinator {
             is_critical: decision.is_critical,
             reach,
             sure_reach: decision.sure_reach,
+            standing_w: seen.standing_w,
             offers: offers.collect::<Option<_>>()?,
         })
     }

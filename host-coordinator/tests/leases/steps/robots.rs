@@ -193,3 +193,55 @@ fn a_robot_that_started_anew_and_asks_under_the_same_number_is_led_from_where_it
     desk.ask_from(ROBOT, 1, near, 5_000.0);
     assert_eq!(desk.led_from(ROBOT), Some(near));
 }
+
+#[test]
+fn a_robot_that_started_anew_is_led_nowhere_before_it_asks_anew() {
+    let (mut desk, _, near) = sent_off();
+    desk.sent.clear();
+    desk.boot = BootEpoch(2);
+    desk.robot_at(ROBOT, near, Activity::Waiting, None);
+    desk.wait(2_000);
+    // Its next request may have the number of the one before.
+    assert_eq!(desk.led_from(ROBOT), None);
+}
+
+/// Robot 1 is charged at a pile that is promised to robot 2, which is on its way.
+fn promised() -> (Desk, LeaseRef) {
+    let (mut desk, lease) = Desk::granted();
+    desk.pile_reports(P, Availability::Charging, Some(lease), None, 0.01);
+    desk.robot_is(NEXT, Activity::Waiting, None);
+    desk.ask(NEXT, 1);
+    assert_eq!(desk.place(NEXT), Some(Place::Next(P)));
+    (desk, lease)
+}
+
+const NEXT: RobotId = RobotId(2);
+
+/// Who gets a pile that was promised to a robot which has then been silent for so long.
+fn heir(silent_s: u64) -> Option<RobotId> {
+    let (mut desk, lease) = promised();
+    desk.wait(silent_s * 1_000);
+    let ended = EndedLease { lease, reason: EndReason::Completed, charged: DurationMs(1_000) };
+    desk.pile_reports(P, Availability::Free, None, Some(ended), 0.0);
+    desk.state().lease(P).map(|lease| lease.name.robot)
+}
+
+#[test]
+fn a_robot_that_is_cut_off_gets_the_pile_that_it_was_promised_and_a_lost_one_does_not() {
+    assert_eq!(heir(5), Some(NEXT));
+    assert_eq!(heir(55), Some(NEXT), "it may stand there already");
+    assert_eq!(heir(65), None);
+}
+
+#[test]
+fn a_robot_keeps_its_promise_while_the_pile_is_cut_off_and_waits_for_another_when_that_is_lost() {
+    let (mut desk, _) = promised();
+    let mut kept_s = 0;
+    while desk.place(NEXT) == Some(Place::Next(P)) && kept_s < 100 {
+        desk.wait(1_000);
+        desk.robot_is(NEXT, Activity::Approaching, Some(1));
+        kept_s += 1;
+    }
+    assert!((60..70).contains(&kept_s), "{kept_s}");
+    assert_eq!(desk.place(NEXT), Some(Place::Waiting));
+}
