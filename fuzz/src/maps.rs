@@ -1,6 +1,6 @@
 //! A file that is said to be a map, or queries on one: read in words or refused in words, and bounded.
 
-use planning::floor_plan::{FloorPlan, Scale};
+use planning::floor_plan::{FloorPlan, Lift, Scale};
 use planning::formats::{image, lif, movingai, rmf, ros, scen};
 use planning::grid::Cell;
 
@@ -42,8 +42,18 @@ pub fn run(input: &[u8]) -> Tried {
 }
 
 fn draw(plan: &FloorPlan) {
+    for lane in &plan.lanes {
+        assert!(lane.length_m(&plan.places).is_finite());
+    }
+    for lift in &plan.lifts {
+        assert!(
+            lift.storeys.contains(&plan.name) && lift.places.iter().all(|&place| place < plan.places.len())
+        );
+    }
     let points = plan.walls.as_flattened().iter().chain(plan.floors.iter().flatten());
-    let mut points = points.chain(plan.places.iter().map(|place| &place.at_m));
+    let points = points.chain(plan.places.iter().map(|place| &place.at_m));
+    let points = points.chain(plan.lanes.iter().flat_map(|lane| &lane.via_m)).copied();
+    let mut points = points.chain(plan.lifts.iter().flat_map(Lift::corners_m));
     if points.all(|point| point.iter().all(|coordinate| coordinate.abs() < SIDE_M)) {
         if let Ok(layout) = plan.draw(SCALE) {
             assert_eq!(layout.frame.rows, layout.grid.height());

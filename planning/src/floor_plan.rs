@@ -41,13 +41,74 @@ pub struct Doorway {
     pub ends_m: [Point; 2],
 }
 
-/// A straight way that robots drive along from place to place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A way that robots drive along from place to place.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
     /// Where it leads from and to, as indices of the plan's places.
     pub ends: [usize; 2],
+    /// Its corners between them; none if it is straight.
+    pub via_m: Vec<Point>,
     /// Whether robots drive along it both ways.
     pub both_ways: bool,
+}
+
+impl Lane {
+    /// Its ends and corners in order, where `places` are the plan's.
+    pub fn points_m(&self, places: &[Place]) -> impl Iterator<Item = Point> {
+        let [from, to] = self.ends.map(|end| places.get(end).map(|place| place.at_m));
+        from.into_iter().chain(self.via_m.iter().copied()).chain(to)
+    }
+
+    /// How long it is, in metres.
+    #[must_use]
+    pub fn length_m(&self, places: &[Place]) -> f64 {
+        let points = || self.points_m(places);
+        points().zip(points().skip(1)).map(|(from, to)| (from[0] - to[0]).hypot(from[1] - to[1])).sum()
+    }
+}
+
+/// A lift, on one of the storeys where it stops.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lift {
+    /// What people call it, the same on all storeys.
+    pub name: String,
+    /// The middle of its cabin.
+    pub at_m: Point,
+    /// How far its cabin is turned, in radians from the x axis to the y axis.
+    pub yaw_rad: f64,
+    /// Its cabin's width and depth: along x and along y when it is not turned, in metres.
+    pub size_m: [f64; 2],
+    /// The doors that open on this storey; none if the plan does not say them.
+    pub doors: Vec<Doorway>,
+    /// The places in its cabin, as indices of this storey's.
+    pub places: Vec<usize>,
+    /// The storeys where it stops by name, this one too.
+    pub storeys: Vec<String>,
+}
+
+impl Lift {
+    /// A point given from the middle of the cabin, in the world.
+    #[must_use]
+    pub fn world(&self, [x, y]: Point) -> Point {
+        let (sin, cos) = (libm::sin(self.yaw_rad), libm::cos(self.yaw_rad));
+        [self.at_m[0] + x * cos - y * sin, self.at_m[1] + x * sin + y * cos]
+    }
+
+    /// The corners of the cabin, in turn.
+    #[must_use]
+    pub fn corners_m(&self) -> [Point; 4] {
+        let [x, y] = self.size_m.map(|side| side / 2.0);
+        [[x, y], [-x, y], [-x, -y], [x, -y]].map(|corner| self.world(corner))
+    }
+
+    /// Whether a point is in the cabin.
+    #[must_use]
+    pub fn holds(&self, point: Point) -> bool {
+        let [x, y] = [point[0] - self.at_m[0], point[1] - self.at_m[1]];
+        let (sin, cos) = (libm::sin(self.yaw_rad), libm::cos(self.yaw_rad));
+        let [across, along] = [x * cos + y * sin, y * cos - x * sin];
+        across.abs() <= self.size_m[0] / 2.0 && along.abs() <= self.size_m[1] / 2.0
+    }
 }
 
 /// One storey of a building, or one layout of tracks.
@@ -61,6 +122,8 @@ pub struct FloorPlan {
     pub doors: Vec<Doorway>,
     /// Lanes.
     pub lanes: Vec<Lane>,
+    /// Lifts that stop here.
+    pub lifts: Vec<Lift>,
     /// Walls, each from end to end.
     pub walls: Vec<[Point; 2]>,
     /// The corners of each floor, which robots do not leave.
@@ -95,6 +158,17 @@ pub struct Layout {
     pub doors: Vec<Doorway>,
     /// Lanes.
     pub lanes: Vec<Lane>,
+    /// Lifts.
+    pub lifts: Vec<Lift>,
+}
+
+impl Layout {
+    /// One of which nothing is known but its cells.
+    #[must_use]
+    pub fn of_cells(grid: Grid, frame: Frame, unknown: usize) -> Self {
+        let (places, doors, lanes, lifts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { grid, frame, unknown, places, doors, lanes, lifts }
+    }
 }
 
 /// A floor plan that makes no grid.
@@ -128,7 +202,8 @@ const MAX_CELLS: f64 = 67_108_864.0;
 impl FloorPlan {
     /// Draws the plan on a grid. Cells are free if their middle is on a floor (anywhere between the
     /// walls if there are no floors, on lanes if there are no walls either), in no hole, and no nearer
-    /// to a wall's line than half its thickness. Doors are open.
+    /// to a wall's line than half its thickness. Doors are open. A lift stands where it stops: its cabin is free
+    /// and has walls, but for its doors on this storey.
     ///
     /// # Errors
     /// [`DrawError`] if there is nothing to draw, or too much.
@@ -144,15 +219,18 @@ impl FloorPlan {
         }
         self.holes.iter().for_each(|hole| fill(&mut grid, &frame, hole, false));
         self.walls.iter().for_each(|&wall| stroke(&mut grid, &frame, wall, scale.wall_m, false));
+        self.lifts.iter().for_each(|lift| lift.draw(&mut grid, &frame, scale.wall_m));
         let (places, doors) = (self.places.clone(), self.doors.clone());
-        Ok(Layout { grid, frame, unknown: 0, places, doors, lanes: self.lanes.clone() })
+        let (lanes, lifts) = (self.lanes.clone(), self.lifts.clone());
+        Ok(Layout { grid, frame, unknown: 0, places, doors, lanes, lifts })
     }
 
     /// The lines of the lanes, and every pile and parking spot as a short one.
     fn tracks(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
-        let place = |index: usize| self.places.get(index).map(|place| place.at_m);
-        let lanes =
-            self.lanes.iter().filter_map(move |lane| Some([place(lane.ends[0])?, place(lane.ends[1])?]));
+        let lanes = self.lanes.iter().flat_map(|lane| {
+            let points = || lane.points_m(&self.places);
+            points().zip(points().skip(1)).map(|(from, to)| [from, to])
+        });
         let spots = self.places.iter().filter(|place| place.kind != PlaceKind::Other);
         lanes.chain(spots.map(|spot| [spot.at_m; 2]))
     }
@@ -169,6 +247,7 @@ impl FloorPlan {
         if points.is_empty() {
             return Err(DrawError::Empty(self.name.clone()));
         }
+        points.extend(self.lifts.iter().flat_map(Lift::corners_m));
         let bound = |keep: fn(f64, f64) -> f64, start: f64| {
             points.iter().fold([start; 2], |[x, y], point| [keep(x, point[0]), keep(y, point[1])])
         };
@@ -187,6 +266,25 @@ impl FloorPlan {
             return Err(DrawError::TooLarge { name: self.name.clone(), size_m, resolution_m });
         }
         Ok((columns as u32, Frame { resolution_m, origin_m: low, yaw_rad: 0.0, rows: rows as u32 }))
+    }
+}
+
+impl Lift {
+    fn draw(&self, grid: &mut Grid, frame: &Frame, wall_m: f64) {
+        let corners = self.corners_m();
+        fill(grid, frame, &corners, true);
+        if self.doors.is_empty() {
+            return;
+        }
+        let next = corners.iter().cycle().skip(1);
+        corners.iter().zip(next).for_each(|(&from, &to)| stroke(grid, frame, [from, to], wall_m, false));
+        for Doorway { ends_m: [one, other], .. } in &self.doors {
+            // From the door, which is a little outside, to the middle.
+            let [x, y] = [0, 1].map(|axis| self.at_m[axis] - (one[axis] + other[axis]) / 2.0);
+            let inside = |[door_x, door_y]: Point| [door_x + x, door_y + y];
+            fill(grid, frame, &[*one, *other, inside(*other), inside(*one)], true);
+            stroke(grid, frame, [*one, *other], wall_m, true);
+        }
     }
 }
 
@@ -292,7 +390,7 @@ mod tests {
     fn a_plan_of_lanes_is_free_along_them_only() {
         let place = |x, y| Place { name: String::new(), at_m: [x, y], kind: PlaceKind::Other };
         let places = vec![place(0.5, 0.5), place(4.5, 0.5), place(9.5, 9.5)];
-        let lanes = vec![Lane { ends: [0, 1], both_ways: true }];
+        let lanes = vec![Lane { ends: [0, 1], via_m: Vec::new(), both_ways: true }];
         let plan = FloorPlan { places, lanes, ..FloorPlan::default() };
         assert_eq!(
             drawn(&plan),

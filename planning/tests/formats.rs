@@ -57,6 +57,19 @@ fn the_storeys_of_the_hotel_lie_over_each_other() {
     assert_eq!(hotel.iter().map(|plan| plan.name.as_str()).collect::<Vec<_>>(), ["L1", "L2", "L3"]);
     assert_eq!(hotel.iter().map(|plan| plan.walls.len()).collect::<Vec<_>>(), [56, 99, 99]);
     assert_eq!(piles(&hotel[0]).len(), 4);
+    for plan in &hotel {
+        let [one, other] = plan.lifts.as_slice() else { panic!("{:?}", plan.lifts) };
+        assert_eq!((one.name.as_str(), other.name.as_str()), ("Lift1", "Lift2"));
+        assert_eq!(one.storeys, ["L1", "L2", "L3"]);
+        let layout = plan.draw(SCALE).unwrap();
+        for lift in [one, other] {
+            // Where lanes lead into the cabin.
+            assert_eq!(lift.places.len(), 1, "{}", plan.name);
+            let [x, y] = plan.places[lift.places[0]].at_m;
+            assert!((x - lift.at_m[0]).hypot(y - lift.at_m[1]) < 0.5, "({x}, {y}) in {lift:?}");
+            assert!(layout.grid.is_free(layout.frame.cell_at([x, y])));
+        }
+    }
     let origins = hotel.iter().map(|plan| plan.draw(SCALE).unwrap().frame.origin_m);
     for [x, y] in origins {
         // The outer walls of all storeys are the same but for how exactly they were drawn.

@@ -17,7 +17,7 @@ pub fn bench(maps: Option<&Path>, json: bool) -> Result<(), Failure> {
     if json { bench.args(["--json"]).run() } else { bench.run() }
 }
 
-/// Every length of every optimal planner on the maps in the repository: all queries, about a minute.
+/// Every length of every optimal planner on the maps in the repository: all queries, some minutes.
 pub fn check() -> Command {
     benchmark().args(["--check"])
 }

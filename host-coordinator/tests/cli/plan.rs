@@ -14,7 +14,7 @@ fn map_info_counts_cells_and_regions() {
     let expected = serde_json::json!({
         "kind": "MovingAI map", "width": 3, "height": 3, "resolution_m": 1.0, "origin": [0.0, 0.0, 0.0],
         "free": 6, "blocked": 3, "unknown": 0, "regions": 2, "largest_region": 4,
-        "piles": 0, "doors": 0, "lanes": 0,
+        "piles": 0, "doors": 0, "lanes": 0, "lanes_m": 0.0, "lifts": [],
     });
     assert_eq!(info, expected);
     fs::write(&file, "type octile\nheight 2\nwidth 3\nmap\n...\n..\n").unwrap();

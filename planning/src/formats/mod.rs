@@ -3,6 +3,7 @@
 pub mod image;
 pub mod lif;
 pub mod movingai;
+pub mod nurbs;
 pub mod rmf;
 pub mod ros;
 pub mod scen;

@@ -116,7 +116,7 @@ impl Input {
         let grid = super::parse(&self.file, Ok(text))?;
         let resolution_m = self.resolution.unwrap_or(1.0);
         let frame = Frame { resolution_m, origin_m: [0.0; 2], yaw_rad: 0.0, rows: grid.height() };
-        Ok(Layout { grid, frame, unknown: 0, places: Vec::new(), doors: Vec::new(), lanes: Vec::new() })
+        Ok(Layout::of_cells(grid, frame, 0))
     }
 
     fn ros(&self, text: &str) -> Result<Layout, Failure> {
@@ -132,7 +132,7 @@ impl Input {
         let image = image::read(&bytes).map_err(|error| format!("{}: {error}", picture.display()))?;
         let ros::RosMap { grid, frame, unknown } =
             description.map(&image).map_err(|error| self.failure(error))?;
-        Ok(Layout { grid, frame, unknown, places: Vec::new(), doors: Vec::new(), lanes: Vec::new() })
+        Ok(Layout::of_cells(grid, frame, unknown))
     }
 
     fn has_one_level(&self) -> Result<(), Failure> {

@@ -99,6 +99,16 @@ struct Info {
     piles: usize,
     doors: usize,
     lanes: usize,
+    /// How long they are in all, in metres.
+    lanes_m: f64,
+    lifts: Vec<Stops>,
+}
+
+/// A lift that stops here, and where else.
+#[derive(Serialize)]
+struct Stops {
+    name: String,
+    storeys: Vec<String>,
 }
 
 impl Map {
@@ -125,7 +135,7 @@ fn info(input: &Input, json: bool) -> Outcome {
         return out_json(&info);
     }
     let Info { kind, width, height, resolution_m, origin: [x, y, yaw], .. } = info;
-    let Info { free, blocked, unknown, regions, largest_region, piles, doors, lanes, .. } = info;
+    let Info { free, blocked, unknown, regions, largest_region, piles, doors, lanes, lanes_m, .. } = info;
     let percent = |cells: usize| 100.0 * cells as f64 / (free + blocked).max(1) as f64;
     let mut text = format!(
         "{}: {width} x {height} cells\n\
@@ -139,7 +149,10 @@ fn info(input: &Input, json: bool) -> Outcome {
         percent(blocked),
     );
     if piles + doors + lanes > 0 {
-        text += &format!("\nnames    {piles} piles, {doors} doors, {lanes} lanes");
+        text += &format!("\nnames    {piles} piles, {doors} doors, {lanes} lanes of {lanes_m:.1} m");
+    }
+    for Stops { name, storeys } in &info.lifts {
+        text += &format!("\nlift     {name} to {}", storeys.join(", "));
     }
     out(&text)
 }
@@ -215,7 +228,7 @@ fn parse(file: &Path, text: io::Result<String>) -> Result<Grid, Diagnostics> {
 
 impl Info {
     fn of(Read { kind, layout }: &Read) -> Self {
-        let Layout { grid, frame, unknown, places, doors, lanes } = layout;
+        let Layout { grid, frame, unknown, places, doors, lanes, lifts } = layout;
         let [x, y] = frame.origin_m;
         let free = grid.free_cells().count();
         let regions = regions(grid);
@@ -233,6 +246,11 @@ impl Info {
             piles: places.iter().filter(|place| place.kind == PlaceKind::Pile).count(),
             doors: doors.len(),
             lanes: lanes.len(),
+            lanes_m: lanes.iter().map(|lane| lane.length_m(places)).sum(),
+            lifts: lifts
+                .iter()
+                .map(|lift| Stops { name: lift.name.clone(), storeys: lift.storeys.clone() })
+                .collect(),
         }
     }
 }

@@ -7,15 +7,22 @@
 //! the reference level at (x, y) pixels is at (x, -y) times its scale. With `coordinate_system:
 //! cartesian_meters` all that is as it stands.
 //!
-//! Drawings, layers, models (furniture), lifts and crowds are not read.
+//! A lift is part of every storey where it stops. A vertex is in its cabin if its `lift_cabin` says so, or if
+//! a lane leads to it and it says nothing and lies within.
+//!
+//! Drawings, layers, models (furniture) and crowds are not read.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 
-use super::{RmfError, Value, kind, transform::Similarity};
+use super::{
+    RmfError, Value, kind,
+    lift::{self, Part, Storeys},
+    transform::Similarity,
+};
 use crate::{
-    floor_plan::{Doorway, FloorPlan, Lane, Place, Point},
+    floor_plan::{Doorway, FloorPlan, Lane, Lift, Place, Point},
     formats::yaml,
 };
 
@@ -29,10 +36,14 @@ struct Building {
     levels: BTreeMap<String, Level>,
     coordinate_system: Option<String>,
     reference_level_name: Option<String>,
+    #[serde(default)]
+    lifts: BTreeMap<String, lift::OfBuilding>,
 }
 
 #[derive(Deserialize)]
 struct Level {
+    #[serde(default)]
+    elevation: f64,
     #[serde(default)]
     vertices: Vec<Vertex>,
     #[serde(default)]
@@ -87,7 +98,7 @@ pub fn read(text: &str) -> Result<Vec<FloorPlan>, RmfError> {
     // The first of those with the same name.
     let named = level.fiducials.iter().rev().filter(|(.., id)| !id.is_empty());
     let known: BTreeMap<_, _> = named.map(|(x, y, id)| (id, [x * scale, y * scale])).collect();
-    let plan = |(name, own): (&String, &Level)| {
+    let to_metres = |(name, own): (&String, &Level)| {
         let pairs = own.fiducials.iter().filter_map(|(x, y, id)| Some(([*x, *y], *known.get(id)?)));
         let over = Similarity::between(&pairs.collect::<Vec<_>>()).filter(|_| !metric && name != reference);
         let to_metres = match over {
@@ -95,14 +106,39 @@ pub fn read(text: &str) -> Result<Vec<FloorPlan>, RmfError> {
             None if metric => Similarity::scale(1.0),
             None => Similarity::scale(self::scale(name, own)?),
         };
-        let up = if metric { 1.0 } else { -1.0 };
-        let world = |point: Point| {
-            let [x, y] = to_metres.apply(point);
-            [x, up * y]
-        };
-        Reader { name, level: own, vertices: own.world(name, world)? }.plan()
+        Ok((name.clone(), to_metres))
     };
-    building.levels.iter().map(plan).collect()
+    let to_metres: BTreeMap<_, _> = building.levels.iter().map(to_metres).collect::<Result<_, RmfError>>()?;
+    let up = if metric { 1.0 } else { -1.0 };
+    let world = |level: &str, point: Point| {
+        let [x, y] = to_metres.get(level).map_or(point, |to_metres| to_metres.apply(point));
+        [x, up * y]
+    };
+    let plan = |(name, own): (&String, &Level)| {
+        Reader { name, level: own, vertices: own.world(name, |point| world(name, point))? }.plan()
+    };
+    let mut plans = building.levels.iter().map(plan).collect::<Result<Vec<_>, _>>()?;
+    let storeys = Storeys {
+        reference,
+        elevations: building.levels.iter().map(|(name, level)| (name.as_str(), level.elevation)).collect(),
+    };
+    for (name, lift) in &building.lifts {
+        let mut parts = lift.parts(name, &storeys, world)?;
+        for (plan, level) in plans.iter_mut().zip(building.levels.values()) {
+            match parts.remove(plan.name.as_str()) {
+                Some(Part::Stop(lift)) => {
+                    let places = level.places_in(&lift, &plan.places);
+                    plan.lifts.push(Lift { places, ..lift });
+                }
+                Some(Part::Shaft(corners)) => plan.holes.push(corners.to_vec()),
+                None => {}
+            }
+        }
+    }
+    for (name, level) in &building.levels {
+        level.check_cabins(name, &building.lifts)?;
+    }
+    Ok(plans)
 }
 
 /// How long a pixel of a level is, in metres.
@@ -147,6 +183,38 @@ impl Level {
     }
 }
 
+impl Vertex {
+    /// The lift in whose cabin it says that it is.
+    fn cabin(&self) -> Option<&str> {
+        parameter(&self.4, "lift_cabin")?.name()
+    }
+}
+
+impl Level {
+    /// The vertices, which are at these places, in a lift's cabin.
+    fn places_in(&self, lift: &Lift, places: &[Place]) -> Vec<usize> {
+        let on_lanes: BTreeSet<usize> = self.lanes.iter().flat_map(|lane| [lane.0, lane.1]).collect();
+        let is_in = |(number, (vertex, place)): (usize, (&Vertex, &Place))| {
+            let inside = vertex.cabin().map_or_else(
+                || on_lanes.contains(&number) && lift.holds(place.at_m),
+                |cabin| cabin == lift.name,
+            );
+            inside.then_some(number)
+        };
+        self.vertices.iter().zip(places).enumerate().filter_map(is_in).collect()
+    }
+
+    /// Whether there are all the lifts that vertices are said to be in.
+    fn check_cabins(&self, name: &str, lifts: &BTreeMap<String, lift::OfBuilding>) -> Result<(), RmfError> {
+        let mut cabins = self.vertices.iter().map(Vertex::cabin).enumerate();
+        let unknown = cabins.find_map(|(number, cabin)| {
+            let cabin = cabin.filter(|cabin| !lifts.contains_key(*cabin))?;
+            Some(lift::unknown(format!("level {name}: vertex {number}"), "lift", cabin))
+        });
+        unknown.map_or(Ok(()), Err)
+    }
+}
+
 /// A level while it is made a floor plan.
 struct Reader<'a> {
     name: &'a str,
@@ -173,13 +241,14 @@ impl Reader<'_> {
         let lane = |(number, edge): (usize, &Edge)| -> Result<Lane, RmfError> {
             self.ends("lane", number, edge)?;
             let both_ways = parameter(&edge.2, "bidirectional").is_some_and(Value::is_true);
-            Ok(Lane { ends: [edge.0, edge.1], both_ways })
+            Ok(Lane { ends: [edge.0, edge.1], via_m: Vec::new(), both_ways })
         };
         Ok(FloorPlan {
             name: self.name.to_owned(),
             places: places.collect(),
             doors: level.doors.iter().enumerate().map(door).collect::<Result<_, _>>()?,
             lanes: level.lanes.iter().enumerate().map(lane).collect::<Result<_, _>>()?,
+            lifts: Vec::new(),
             walls: level.walls.iter().enumerate().map(wall).collect::<Result<_, _>>()?,
             floors: self.polygons("floor", &level.floors)?,
             holes: self.polygons("hole", &level.holes)?,
@@ -278,6 +347,79 @@ levels:
             "there is no level: expected one under `levels`"
         );
         assert!(read(&format!("coordinate_system: web_mercator\n{TWO_LEVELS}")).is_err());
+    }
+
+    /// On the ground floor a cabin 2 m wide and 3 m deep, turned by a right angle, with its door to the west there
+    /// and to the east above; past a storey between them.
+    const LIFT: &str = "\
+lifts:
+  up:
+    depth: 3
+    width: 2
+    x: 50
+    y: 20
+    yaw: 1.5707963267948966
+    lowest_floor: L1
+    highest_floor: \"\"
+    reference_floor_name: L1
+    level_doors: {L1: [front], L2: [back]}
+    doors:
+      front: {x: 0, y: 1.6, width: 1, motion_axis_orientation: 0, door_type: 2}
+      back: {x: 0, y: -1.6, width: 1, motion_axis_orientation: 0, door_type: 2}
+";
+
+    fn with_lift() -> String {
+        let between = "  L3:\n    elevation: 3\n    fiducials: [[0, 0, a], [100, 0, b]]\n";
+        let vertex = "      - [50, 20, 0, \"\", {lift_cabin: [1, up]}]\n    walls:";
+        format!("{}{between}{LIFT}", TWO_LEVELS.replacen("    walls:", vertex, 1))
+    }
+
+    #[test]
+    fn a_lift_joins_the_storeys_where_it_stops() {
+        let [ground, upper, between] = <[_; 3]>::try_from(read(&with_lift()).unwrap()).unwrap();
+        let [below, above] = [&ground.lifts[0], &upper.lifts[0]];
+        assert_eq!((below.at_m, below.size_m, below.places.as_slice()), ([5.0, -2.0], [2.0, 3.0], &[4][..]));
+        assert_eq!(below.storeys, ["L1", "L2"]);
+        let near = |found: [Point; 2], expected: [Point; 2]| {
+            let pairs = found.as_flattened().iter().zip(expected.as_flattened());
+            assert!(pairs.clone().all(|(found, expected)| (found - expected).abs() < 1e-9), "{found:?}");
+        };
+        near(below.doors[0].ends_m, [[3.4, -2.5], [3.4, -1.5]]);
+        near(above.doors[0].ends_m, [[6.6, -2.5], [6.6, -1.5]]);
+        assert!(above.places.is_empty());
+        assert_eq!((between.lifts.len(), between.holes.len()), (0, 1));
+    }
+
+    #[test]
+    fn a_cabin_is_entered_through_its_door_only() {
+        let plans = read(&with_lift()).unwrap();
+        let layout =
+            plans[0].draw(crate::floor_plan::Scale { resolution_m: 0.1, wall_m: 0.2, lane_m: 1.0 }).unwrap();
+        let is_free = |x, y| layout.grid.is_free(layout.frame.cell_at([x, y]));
+        assert!(is_free(5.0, -2.0) && is_free(3.5, -2.0) && is_free(3.3, -2.0), "cabin and door");
+        assert!(!is_free(6.5, -2.0) && !is_free(5.0, -1.0) && !is_free(5.0, -3.0), "walls");
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_lift_is_named() {
+        let error = |from: &str, to: &str| read(&with_lift().replacen(from, to, 1)).unwrap_err().to_string();
+        assert_eq!(
+            error("{L1: [front]", "{L9: [front]"),
+            "lift up: level_doors names level L9: expected one of the building"
+        );
+        assert_eq!(
+            error("{L1: [front]", "{L1: [side]"),
+            "lift up: level L1 names door side: expected one of the building"
+        );
+        assert_eq!(
+            error("lift_cabin: [1, up]", "lift_cabin: [1, down]"),
+            "level L1: vertex 4 names lift down: expected one of the building"
+        );
+        assert_eq!(
+            error("y: -1.6, width: 1,", "y: -1.6, width: 0,"),
+            "lift up: door back's width is 0: expected metres above 0, or pixels or radians, of a usual size"
+        );
+        assert!(error("    depth: 3\n", "").contains("missing field `depth`"));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Open-RMF's buildings, as its traffic editor draws them, and the navigation graphs made from them.
 
 pub mod building;
+mod lift;
 pub mod nav_graph;
 mod transform;
 
@@ -37,6 +38,26 @@ pub enum RmfError {
     /// The coordinates are none that can be read.
     #[error("`coordinate_system` is `{0}`: expected reference_image or cartesian_meters")]
     Coordinates(String),
+    /// A lift, or a vertex in it, names something that there is not.
+    #[error("{what} names {kind} {name}: expected one of the building")]
+    Unknown {
+        /// What names it.
+        what: String,
+        /// What it should be.
+        kind: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A lift's measure makes no sense.
+    #[error("lift {lift}: {what} is {value}: expected metres above 0, or pixels or radians, of a usual size")]
+    LiftNumber {
+        /// The lift.
+        lift: String,
+        /// Which measure.
+        what: String,
+        /// As it was given.
+        value: String,
+    },
     /// A coordinate or a length makes no sense.
     #[error("level {level}: {what} {number} is not finite, or far too large: expected metres or pixels")]
     Number {
@@ -60,6 +81,14 @@ enum Value {
 }
 
 impl Value {
+    /// A name; none if it is empty.
+    fn name(&self) -> Option<&str> {
+        match self {
+            Self::Text(name) if !name.is_empty() => Some(name),
+            _ => None,
+        }
+    }
+
     fn is_true(&self) -> bool {
         match self {
             Self::Truth(truth) => *truth,

@@ -1,13 +1,13 @@
 //! Navigation graphs that RMF's `building_map_generator nav` writes: one file a fleet, in metres, y up.
 //!
 //! Lanes lead one way; where robots drive both ways there are two. A graph has no walls: its grid is
-//! free along the lanes.
+//! free along the lanes and in the cabins of lifts. A lift stops where a vertex is in its cabin.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-use super::{RmfError, Value, kind};
+use super::{RmfError, Value, kind, lift};
 use crate::{
     floor_plan::{Doorway, FloorPlan, Lane, Place, Point},
     formats::yaml,
@@ -18,6 +18,8 @@ struct NavGraph {
     levels: BTreeMap<String, Level>,
     #[serde(default)]
     doors: BTreeMap<String, Door>,
+    #[serde(default)]
+    lifts: BTreeMap<String, lift::OfGraph>,
 }
 
 #[derive(Deserialize)]
@@ -55,6 +57,10 @@ pub fn read(text: &str) -> Result<Vec<FloorPlan>, RmfError> {
     for (number, door) in graph.doors.values().enumerate() {
         check(&door.map, "door", number, door.endpoints.as_flattened())?;
     }
+    let cabins = graph.levels.iter();
+    let cabins =
+        cabins.map(|(name, level)| (name.as_str(), level.vertices.iter().map(Vertex::cabin).collect()));
+    let lifts = lift::of_graph(&graph.lifts, &cabins.collect())?;
     let level = |(name, level): (&String, &Level)| {
         let on_level = graph.doors.iter().filter(|(_, door)| door.map == *name);
         let doors = on_level.map(|(name, door)| Doorway { name: name.clone(), ends_m: door.endpoints });
@@ -63,6 +69,7 @@ pub fn read(text: &str) -> Result<Vec<FloorPlan>, RmfError> {
             places: level.places(name)?,
             doors: doors.collect(),
             lanes: level.lanes(name)?,
+            lifts: lifts.get(name).cloned().unwrap_or_default(),
             ..FloorPlan::default()
         })
     };
@@ -72,6 +79,13 @@ pub fn read(text: &str) -> Result<Vec<FloorPlan>, RmfError> {
 fn check(level: &str, what: &'static str, number: usize, coordinates: &[f64]) -> Result<(), RmfError> {
     let sound = coordinates.iter().all(|coordinate| coordinate.abs() < 1e9);
     sound.then_some(()).ok_or_else(|| RmfError::Number { level: level.to_owned(), what, number })
+}
+
+impl Vertex {
+    /// The lift in whose cabin it is.
+    fn cabin(&self) -> Option<&str> {
+        self.2.get("lift")?.name()
+    }
 }
 
 impl Level {
@@ -96,7 +110,7 @@ impl Level {
                 let level = name.to_owned();
                 RmfError::Vertex { level, what: "lane", number, vertex, vertices }
             });
-            unknown.map_or(Ok(Lane { ends: [from, to], both_ways: false }), Err)
+            unknown.map_or(Ok(Lane { ends: [from, to], via_m: Vec::new(), both_ways: false }), Err)
         };
         self.lanes.iter().enumerate().map(lane).collect()
     }
@@ -136,6 +150,26 @@ lifts: {}
         assert_eq!((&level.places[0], level.places.len()), (&dock, 2));
         assert_eq!(level.lanes.iter().map(|lane| lane.ends).collect::<Vec<_>>(), [[0, 1], [1, 0]]);
         assert_eq!(level.doors[0].ends_m, [[1.5, -2.0], [2.5, -2.0]]);
+    }
+
+    fn with_lift() -> String {
+        let level = "  L2:\n    vertices: [[3, -4, {lift: up}]]\n";
+        let lift = "lifts: {up: {position: [3, -4, 0.5], dims: [2, 3]}}";
+        GRAPH
+            .replace("*none]", "{lift: up}]")
+            .replace("&none ", "")
+            .replace("lifts: {}", &format!("{level}{lift}"))
+    }
+
+    #[test]
+    fn a_lift_stops_where_a_vertex_is_in_its_cabin() {
+        let plans = read(&with_lift()).unwrap();
+        let stops: Vec<_> = plans.iter().map(|plan| plan.lifts[0].places.as_slice()).collect();
+        assert_eq!(stops, [&[1][..], &[0]]);
+        assert_eq!(plans[1].lifts[0].storeys, ["L1", "L2"]);
+        assert!(read(&GRAPH.replace("{name: dock,", "{name: dock, lift: up,")).is_ok(), "no lifts are known");
+        let error = read(&with_lift().replacen("{lift: up}", "{lift: down}", 1)).unwrap_err();
+        assert_eq!(error.to_string(), "level L1: vertex 1 names lift down: expected one of the building");
     }
 
     #[test]
