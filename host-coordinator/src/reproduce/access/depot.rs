@@ -1,9 +1,9 @@
 //! Experiments 1 and 2: six charging points in one place, on the map of `sites/access-fig1`.
 //!
 //! It is drawn to the text, so that lengths are ours alone. What can be compared is who goes where, and
-//! whether paths collide.
+//! whether paths collide. Who goes where is what the coordinator answers ([`scenario`]).
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, sync::Arc};
 
 use planning::{
     grid::{Cell, Grid},
@@ -15,6 +15,7 @@ use planning::{
 use super::{
     Failed, PAPER,
     published::{CHARGED_POINT, CHECK_S, DEPOT_START, EMPTY_POINT},
+    scenario,
 };
 use crate::{
     reproduce::{
@@ -32,12 +33,13 @@ const SPEED: f64 = 1.0;
 const DRAWN: &str = "on a map drawn to the text";
 
 struct Depot {
-    site: Site,
+    site: Arc<Site>,
     start: Cell,
     workspace: Workspace,
 }
 
-/// Experiment 1: the path straight to the free point, and the one from point to point until it is found.
+/// Experiment 1: the coordinator's path straight to the free point, and the one from point to point until it is
+/// found.
 struct Search {
     point: u16,
     direct: Path,
@@ -55,7 +57,7 @@ struct Exchange {
 
 impl Depot {
     fn new() -> Result<Self, Failed> {
-        let site = Site::access_fig1()?;
+        let site = Arc::new(Site::access_fig1()?);
         let start = site.cell_at(DEPOT_START[0], DEPOT_START[1])?;
         Ok(Self { site, start, workspace: Workspace::default() })
     }
@@ -67,35 +69,37 @@ impl Depot {
     /// The traditional robot looks at point after point, the nearest first.
     fn search(&mut self) -> Result<Search, Failed> {
         let free = |pile: &SitePile| usize::from(pile.id.0) == EMPTY_POINT;
+        let charged = |pile: &SitePile| pile.charged.filter(|_| !free(pile));
+        let answer = scenario::ask(&self.site, self.start, charged);
         let mut lengths = Vec::new();
         for pile in self.site.piles.clone() {
-            let path = self.path(self.start, pile.cell)?;
-            lengths.push((path.length(), pile, path));
+            lengths.push((self.path(self.start, pile.cell)?.length(), pile));
         }
-        lengths.sort_by_key(|&(length, pile, _)| (length, pile.id));
+        lengths.sort_by_key(|&(length, pile)| (length, pile.id));
         let mut in_turn = Path::at(self.start);
-        let (mut checks, mut found) = (0, None);
-        for (_, pile, direct) in lengths {
+        let mut checks = 0;
+        for (_, pile) in lengths {
             let leg = self.path(in_turn.end(), pile.cell)?;
             in_turn = in_turn.clone().then(&leg).unwrap_or(in_turn);
             checks += 1;
             if free(&pile) {
-                found = Some((pile.id.0, direct));
                 break;
             }
         }
-        let (point, direct) = found.unwrap_or_else(|| (0, Path::at(self.start)));
-        Ok(Search { point, direct, in_turn, checks })
+        Ok(Search {
+            point: answer.pile.map_or(0, |pile| pile.0),
+            direct: answer.way.unwrap_or_else(|| Path::at(self.start)),
+            in_turn,
+            checks,
+        })
     }
 
-    /// The robot with the fullest battery makes room (section 2.3; all tasks are of one priority here).
+    /// All points are occupied: whose charge the coordinator cuts short, and where the robot goes that asked.
     fn exchange(&mut self) -> Result<Exchange, Failed> {
-        let charged = |pile: &SitePile| pile.charged.unwrap_or_default();
-        let fullest =
-            self.site.piles.iter().copied().max_by(|one, other| charged(one).total_cmp(&charged(other)));
-        let (point, dock) = fullest.map_or((0, self.start), |pile| (pile.id.0, pile.cell));
+        let answer = scenario::ask(&self.site, self.start, |pile| pile.charged);
+        let arriving = answer.way.unwrap_or_else(|| Path::at(self.start));
+        let (point, dock) = (answer.makes_room.map_or(0, |pile| pile.0), arriving.end());
         let goal = self.site.cell_at(LEAVES_FOR[0], LEAVES_FOR[1])?;
-        let arriving = self.path(self.start, dock)?;
         let shortest = self.path(dock, goal)?;
         let open = with_virtual_obstacles(&self.site.grid, &arriving, dock, goal);
         let avoiding = path(&open, &self.site, dock, goal, &mut self.workspace)?;

@@ -1,10 +1,12 @@
 //! Access Tables 1 to 5, Figs. 2 and 6 and Experiments 1 to 4.
 //!
-//! Experiments 1 and 2 run on a map that is drawn to the text (`depot`), 3 and 4 on the map of
+//! Experiments 1 and 2 run on a map that is drawn to the text (`depot`), with the coordinator's own answers
+//! (`scenario`), 3 and 4 on the map of
 //! `sites/access-fig3` (`stations`), whose README says how far to trust it. Table 2 holds symbols only.
 
 mod depot;
 mod published;
+mod scenario;
 mod stations;
 
 use super::{Failed, Paper, Row, Value, figure::Figure};
