@@ -146,7 +146,7 @@ fn main() -> ExitCode {
         Task::Bench { what: Bench::Coordinator { json } } => bench::coordinator(json),
         Task::Bench { what: Bench::Planning { maps, json } } => planning::bench(maps.as_deref(), json),
         Task::Fuzz { seconds, keep, json } => fuzz::run(seconds, keep, json),
-        Task::Soak => soak::all().run(),
+        Task::Soak => soak::all().iter().try_for_each(|command| command.run()),
         Task::CrashLoop => soak::crash_loop().run(),
         Task::Emulate { link, reader } => emulate(link, reader),
     };

@@ -298,5 +298,7 @@ fn text(outcomes: &[Run], first_seed: u64) -> String {
     rows.push(row(format!("all {}", outcomes.len()), sum));
     let distance_km = sum.counts.charge_distance_m / 1e3;
     let columns: Vec<usize> = (1..HEAD.len()).collect();
-    format!("{}\n{distance_km:.1} km driven to charge", table(HEAD, &columns, &rows))
+    let steps = sum.counts.coordinator_steps;
+    let table = table(HEAD, &columns, &rows);
+    format!("{table}\n{distance_km:.1} km driven to charge, {steps} steps of the coordinator")
 }

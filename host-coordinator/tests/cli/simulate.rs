@@ -12,6 +12,7 @@ fn every_run_and_the_sum_have_the_same_figures() {
     let keys = [
         "charge_distance_m",
         "completed",
+        "coordinator_steps",
         "double_grants",
         "granted",
         "lost_requests",

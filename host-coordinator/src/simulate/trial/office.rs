@@ -167,6 +167,7 @@ impl Run<'_> {
         }
         let now = self.site_now();
         let Step { events, effects } = self.office.coordinator.step(now, input);
+        self.tally.counts.coordinator_steps += 1;
         let doom = if events.is_empty() { None } else { self.office.doom.take() };
         if doom == Some(Doom::Unrecorded) {
             self.crash_office();

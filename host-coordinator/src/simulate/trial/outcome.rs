@@ -46,6 +46,8 @@ pub struct Counts {
     pub stranded_reachable: u64,
     /// Other robots that stranded.
     pub stranded_unreachable: u64,
+    /// Steps of the coordinator's core.
+    pub coordinator_steps: u64,
     /// How far robots drove on their ways to a charge, in metres.
     pub charge_distance_m: f64,
 }
@@ -76,6 +78,7 @@ impl Tally {
         counts.lost_requests += other.counts.lost_requests;
         counts.stranded_reachable += other.counts.stranded_reachable;
         counts.stranded_unreachable += other.counts.stranded_unreachable;
+        counts.coordinator_steps += other.counts.coordinator_steps;
         self.waits_ms.extend_from_slice(&other.waits_ms);
         self.worked_ms += other.worked_ms;
         self.robots_ms += other.robots_ms;
