@@ -14,7 +14,7 @@ const ROBOTS = {
   waiting: "waiting",
   approaching: "to",
   docked: "at",
-  charging: "charged at",
+  charging: "on",
   stranded: "stranded",
   unknown: "unknown",
 };
