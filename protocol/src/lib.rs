@@ -85,6 +85,8 @@
 //! | `PileParameters` | 28 |
 //! | `ClearFault` | 7 |
 //! | `Provision` | 105 |
+//! | `Rescue` | 212 |
+//! | `RescueState` | 11 |
 //!
 //! | part | bytes |
 //! |---|---|

@@ -129,7 +129,9 @@ enums! {
         PendingPasses { 0 },
         PileParameters { 0 },
         ClearFault { 0 },
-        Provision { 0 }
+        Provision { 0 },
+        Rescue { 0 },
+        RescueState { 0 }
     }
     Availability { Free, Reserved, Charging, Done, Fault }
     EndReason { Completed, Expired, Revoked, RobotLeft, Fault }
@@ -165,6 +167,7 @@ enums! {
     Topic { State, Faults, Passes, Table, Parameters }
     Activity { Working, Waiting, Approaching, Docked, Stranded, Charging }
     UnassignedReason { AllTaken, OutOfReach }
+    RescuePhase { Driving, Charging, Done, GaveUp }
     ChassisRefusal {
         ForwardSpeed,
         SidewaysSpeed,
@@ -260,4 +263,6 @@ structs! {
     }
     ClearFault { command, code }
     Provision { command, pile, device_key, site_key, boot_floor, parameters }
+    Rescue { rescue, robot, energy, total, first, waypoints }
+    RescueState { rescue, phase, given }
 }

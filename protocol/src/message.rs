@@ -15,6 +15,8 @@
 //! | [`Drive`], [`Stop`], [`Release`] | robot | chassis | `Ack` or `Nack` |
 //! | [`Task`] | robot | chassis | `Ack` and, if a task ended, [`TaskEnergy`]; or `Nack` |
 //! | [`TaskEnergy`] | robot | coordinator | nothing: what is lost is learned from the next |
+//! | [`Rescue`] | coordinator | mobile charger | [`RescueState`] |
+//! | [`RescueState`] | mobile charger | coordinator | `Nack`, if it is to let go |
 //! | [`Odometry`], [`ChassisState`] | chassis | robot | nothing: they are repeated |
 //! | [`Query`] | service tool | pile | what its [`Topic`] says |
 //! | [`ClearFault`] | service tool, coordinator | pile | `Ack` or `Nack` |
@@ -34,12 +36,14 @@ use crate::{
 mod chassis;
 mod lease;
 mod pile;
+mod rescue;
 mod robot;
 mod service;
 
 pub use chassis::*;
 pub use lease::*;
 pub use pile::*;
+pub use rescue::*;
 pub use robot::*;
 pub use service::*;
 
@@ -107,6 +111,10 @@ pub enum Message {
     ClearFault(ClearFault),
     /// See [`Provision`].
     Provision(Provision),
+    /// See [`Rescue`].
+    Rescue(Rescue),
+    /// See [`RescueState`].
+    RescueState(RescueState),
 }
 
 /// The first message of a device after its start, and its answer. Its layout is frozen, so that
@@ -155,7 +163,7 @@ pub struct TimeSync {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reference {
     /// A [`Grant`], [`Revoke`], [`Drive`], [`Stop`], [`Release`], [`Task`], [`ClearFault`] or
-    /// [`Provision`].
+    /// [`Provision`], or a [`Rescue`].
     Command(CommandId),
     /// A [`PassReport`], [`ChargeReport`] or [`Fault`].
     Report(ReportId),

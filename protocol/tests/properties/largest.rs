@@ -35,7 +35,7 @@ fn full<T: Clone, const N: usize>(item: T) -> Vec<T, N> {
 }
 
 /// Every message with its name and [`MaxSize`].
-pub fn messages() -> [(Message, &'static str, usize); 30] {
+pub fn messages() -> [(Message, &'static str, usize); 32] {
     macro_rules! sized {
         ($($name:ident($value:expr),)*) => {
             [$((Message::$name($value), stringify!($name), $name::MAX_SIZE)),*]
@@ -163,5 +163,14 @@ pub fn messages() -> [(Message, &'static str, usize); 30] {
             boot_floor: BootEpoch(u32::MAX),
             parameters: PARAMETERS,
         }),
+        Rescue(Rescue {
+            rescue: command,
+            robot: RobotId(u16::MAX),
+            energy: EnergyJ::MAX,
+            total: u16::MAX,
+            first: u16::MAX,
+            waypoints: full(POSITION),
+        }),
+        RescueState(RescueState { rescue: command, phase: RescuePhase::GaveUp, given: EnergyJ::MAX }),
     ]
 }

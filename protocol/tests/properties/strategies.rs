@@ -386,10 +386,28 @@ fn service() -> impl Strategy<Value = Message> {
     ]
 }
 
+/// What mobile chargers and the coordinator say to each other.
+fn rescue() -> impl Strategy<Value = Message> {
+    use RescuePhase::*;
+    let sent = (command(), robot(), energy(), any::<(u16, u16)>(), some(position()));
+    prop_oneof![
+        sent.prop_map(|(rescue, robot, energy, (total, first), waypoints)| Message::Rescue(Rescue {
+            rescue,
+            robot,
+            energy,
+            total,
+            first,
+            waypoints
+        })),
+        (command(), select(&[Driving, Charging, Done, GaveUp][..]), energy())
+            .prop_map(|(rescue, phase, given)| Message::RescueState(RescueState { rescue, phase, given })),
+    ]
+}
+
 /// Every message.
 pub fn message() -> impl Strategy<Value = Message> {
     // Boxed: together their trees of values are too large for a test's stack.
-    prop_oneof![2 => site().boxed(), 1 => driving().boxed(), 1 => service().boxed()]
+    prop_oneof![2 => site().boxed(), 1 => driving().boxed(), 1 => service().boxed(), 1 => rescue().boxed()]
 }
 
 /// Everyone.

@@ -51,13 +51,13 @@ fn too_late(max: u64) -> Vec<Vec<u8>> {
 
 #[test]
 fn nan_infinities_and_values_out_of_range_are_errors_wherever_a_quantity_stands() {
-    // 24 waypoints, a robot's and a request's position, the start of a pose; and the power of
+    // 24 waypoints of an assignment and of a rescue, a robot's and a request's position, the start of a pose; and the power of
     // PileParameters and Provision, whose range ends there too.
     let coordinate = no_values(CoordinateM::MIN.get(), CoordinateM::MAX.get());
-    assert_eq!(refuses(&CoordinateM::MAX.get().to_le_bytes(), &coordinate), 2 * 27 + 2);
-    // Grant, RobotState, ChargeRequest, TaskEnergy twice, ChassisState, ChargeReport.
+    assert_eq!(refuses(&CoordinateM::MAX.get().to_le_bytes(), &coordinate), 2 * (24 + 27) + 2);
+    // Grant, RobotState, ChargeRequest, TaskEnergy twice, ChassisState, ChargeReport, Rescue, RescueState.
     let energy = no_values(EnergyJ::MIN.get(), EnergyJ::MAX.get());
-    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 7);
+    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 9);
     // PileState and the eight rows of a table.
     let fraction = no_values(Fraction::MIN.get(), Fraction::MAX.get());
     assert_eq!(refuses(&Fraction::MAX.get().to_le_bytes(), &fraction), 9);
@@ -131,6 +131,7 @@ fn a_list_longer_than_its_limit_is_an_error() {
         ("PileTable", &[2][..], protocol::limits::ROWS_PER_TABLE),
         ("PassReport", &[5, 0, 0][..], protocol::limits::PASSES_PER_REPORT),
         ("Assignment", &[13, 0, 0, 0, 0][..], protocol::limits::WAYPOINTS_PER_PART),
+        ("Rescue", &[30, 0, 0, 0, 0, 0, 0, 0, 0][..], protocol::limits::WAYPOINTS_PER_PART),
         ("ChassisState", &[21, 0, 0][..], protocol::limits::CHASSIS_FAULTS),
         ("PileFaults", &[25][..], protocol::FaultCode::ALL.len()),
         ("PendingPasses", &[26][..], protocol::limits::PASSES_PER_REPORT),

@@ -10,8 +10,8 @@ use core::fmt::Debug;
 
 use protocol::{
     Activity, Availability, BootEpoch, ChassisFault, ChassisMode, ChassisRefusal, Deframer, DeviceId,
-    EndReason, FaultCode, Frame, FrameError, Message, NackReason, PileId, Reference, Session, Sessions,
-    StopReason, Topic, Trust, UnassignedReason, Wheel,
+    EndReason, FaultCode, Frame, FrameError, Message, NackReason, PileId, Reference, RescuePhase, Session,
+    Sessions, StopReason, Topic, Trust, UnassignedReason, Wheel,
 };
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -54,7 +54,7 @@ fn every_message_keeps_its_bytes() {
         Hello, PileState, PileTable, Grant, Revoke, PassReport, TimeRequest, TimeSync, Ack, Nack, Fault,
         RobotState, ChargeRequest, Assignment, Unassigned, Drive, Stop, Release, Task, TaskEnergy, Odometry,
         ChassisState, PileReadings, ChargeReport, Query, PileFaults, PendingPasses, PileParameters, ClearFault,
-        Provision
+        Provision, Rescue, RescueState
     } in v01::messages());
 }
 
@@ -73,6 +73,7 @@ fn every_enum_keeps_its_ordinals() {
     } in v01::FAULT_CODES);
     check_enum!(Topic { State, Faults, Passes, Table, Parameters } in v01::TOPICS);
     check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded, Charging } in v01::ACTIVITIES);
+    check_enum!(RescuePhase { Driving, Charging, Done, GaveUp } in v01::RESCUE_PHASES);
     check_enum!(UnassignedReason { AllTaken, OutOfReach } in v01::UNASSIGNED_REASONS);
     check_enum!(ChassisRefusal {
         ForwardSpeed, SidewaysSpeed, TurnRate, TimeToLive, Stopped, Moving, NotCleared, TooManyTasks

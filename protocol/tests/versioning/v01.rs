@@ -76,6 +76,13 @@ pub const ACTIVITIES: [(Activity, &str); 6] = [
 pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 2] =
     [(UnassignedReason::AllTaken, "00"), (UnassignedReason::OutOfReach, "01")];
 
+pub const RESCUE_PHASES: [(RescuePhase, &str); 4] = [
+    (RescuePhase::Driving, "00"),
+    (RescuePhase::Charging, "01"),
+    (RescuePhase::Done, "02"),
+    (RescuePhase::GaveUp, "03"),
+];
+
 pub const CHASSIS_REFUSALS: [(ChassisRefusal, &str); 8] = [
     (ChassisRefusal::ForwardSpeed, "00"),
     (ChassisRefusal::SidewaysSpeed, "01"),
@@ -349,7 +356,7 @@ fn service() -> [(Message, &'static str); 10] {
 
 /// All of them.
 pub fn messages() -> std::vec::Vec<(Message, &'static str)> {
-    [&site()[..], &driving(), &chassis(), &service()].concat()
+    [&site()[..], &driving(), &chassis(), &service(), &rescue()].concat()
 }
 
 /// What piles, robots and the coordinator say to each other.
@@ -478,6 +485,24 @@ fn site() -> [(Message, &'static str); 18] {
             Message::Unassigned(Unassigned { request, reason: UnassignedReason::OutOfReach }),
             "0E | C0843D | 01",
         ),
+    ]
+}
+
+/// What mobile chargers and the coordinator say to each other.
+fn rescue() -> [(Message, &'static str); 2] {
+    let mut waypoints = Vec::new();
+    waypoints.extend([position(), position()]);
+    let rescue = CommandId(300);
+    let sent = Rescue { rescue, robot: RobotId(300), energy: energy(), total: 26, first: 24, waypoints };
+    let state = RescueState { rescue, phase: RescuePhase::Charging, given: energy() };
+    [
+        // command | robot | energy | total | first | two waypoints: x, y
+        (
+            Message::Rescue(sent),
+            "1E | AC02 | AC02 | 00007A44 | 1A | 18 | 02 | 00004841 000010C0 | 00004841 000010C0",
+        ),
+        // command | phase | given
+        (Message::RescueState(state), "1F | AC02 | 01 | 00007A44"),
     ]
 }
 
