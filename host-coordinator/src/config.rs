@@ -106,6 +106,8 @@ pub struct RobotConfig {
     pub energy_per_metre_j: f32,
     /// How fast it drives, in metres a second; more than 0.
     pub speed_mps: f32,
+    /// What it gives another robot as a mobile charger, in watts; `None` if it is none.
+    pub gives_w: Option<f32>,
 }
 
 /// How fast a robot drives whose configuration does not say so, in metres a second.
@@ -208,6 +210,7 @@ fn robots(sections: Vec<Section<'_>>) -> Vec<RobotConfig> {
         let tag = section.required("tag", &parsed("a tag of 24 hexadecimal digits in quotes"));
         let full = section.required("full_j", &number(1.0..=EnergyJ::MAX.get().into()));
         let energy_per_metre_j = section.required("energy_per_metre_j", &number(0.001..=1.0e6));
+        let gives_w = section.optional("gives_w", &number(1.0..=1.0e6)).map(|watts| watts as f32);
         let speed_mps = section.optional("speed_mps", &number(0.01..=100.0));
         if let Some(id) = id.filter(|id| ids.contains(id)) {
             section.mistake("id", format!("robot {id} is there twice"), "one [[robot]] for each robot");
@@ -220,7 +223,8 @@ fn robots(sections: Vec<Section<'_>>) -> Vec<RobotConfig> {
         if let (Some(id), Some(tag), Some(full), Some(per_metre)) = (id, tag, full, energy_per_metre_j) {
             let full = EnergyJ::clamped(full as f32);
             let speed_mps = speed_mps.map_or(USUAL_SPEED_MPS, |speed| speed as f32);
-            robots.push(RobotConfig { id, tag, full, energy_per_metre_j: per_metre as f32, speed_mps });
+            let energy_per_metre_j = per_metre as f32;
+            robots.push(RobotConfig { id, tag, full, energy_per_metre_j, speed_mps, gives_w });
         }
     }
     robots

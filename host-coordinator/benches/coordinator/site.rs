@@ -35,6 +35,7 @@ pub fn robots() -> Vec<RobotConfig> {
             full: EnergyJ::clamped(FULL_J),
             energy_per_metre_j: 20.0,
             speed_mps: 1.0,
+            gives_w: None,
         }
     };
     (1..=ROBOTS).map(robot).collect()

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::core::{
     Decision, View,
-    view::{ChargeView, DoorView, PileView, RobotView, TotalsView},
+    view::{ChargeView, DoorView, HelpView, PileView, RobotView, TotalsView},
 };
 
 /// The difference of two views.
@@ -17,6 +17,7 @@ pub struct Change<'a> {
     piles: Vec<&'a PileView>,
     robots: Vec<&'a RobotView>,
     doors: Vec<&'a DoorView>,
+    helps: &'a [HelpView],
     decisions: Vec<&'a Decision>,
     charges: Vec<&'a ChargeView>,
     totals: &'a TotalsView,
@@ -37,6 +38,7 @@ impl<'a> Change<'a> {
             piles: changed(&before.piles, &after.piles),
             robots: changed(&before.robots, &after.robots),
             doors: changed(&before.site.doors, &after.site.doors),
+            helps: &after.helps,
             decisions: after.decisions.iter().take_while(|decision| Some(decision.id) > newest).collect(),
             charges: after.charges.iter().take_while(|charge| Some(charge.id) > last).collect(),
             totals: &after.totals,

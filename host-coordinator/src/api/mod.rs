@@ -5,11 +5,13 @@
 //! | `GET /api/v1/state` | a [`View`] |
 //! | `GET /api/v1/decisions/{id}` | a [`Decision`] that was ever made, with its explanation; 404 if there is none |
 //! | `GET /api/v1/changes` | WebSocket: a whole view first, then what [`changes`] in it |
+//! | `POST /api/v1/tows/{robot}` | a person says that a robot which was to be towed has been moved ([`tows`]) |
 //! | `GET /` | the dashboard ([`ui`]) |
 //!
-//! All of it only reads: nobody can command the site from here.
+//! Everything else only reads: no robot or pile can be commanded from here.
 
 pub mod changes;
+pub mod tows;
 
 use std::{sync::Arc, time::Duration};
 
@@ -26,7 +28,7 @@ use axum::{
 use serde::Serialize;
 use tokio::{net::TcpListener, sync::watch, time};
 
-use self::changes::Change;
+use self::{changes::Change, tows::Tows};
 use crate::{
     core::{Decision, View},
     daemon::History,
@@ -39,13 +41,14 @@ const STUCK: Duration = Duration::from_secs(10);
 type Views = watch::Receiver<Arc<View>>;
 
 /// Serves until the task is dropped.
-pub async fn serve(listener: TcpListener, views: Views, history: History) {
+pub async fn serve(listener: TcpListener, views: Views, history: History, tows: Tows) {
     let decisions = Router::new().route("/api/v1/decisions/{id}", get(decision)).with_state(history);
     let router = Router::new()
         .route("/api/v1/state", get(state))
         .route("/api/v1/changes", get(follow))
         .with_state(views)
         .merge(decisions)
+        .merge(tows.routes())
         .merge(ui::routes());
     if let Err(error) = axum::serve(listener, router).await {
         tracing::error!("the dashboard has ended: {error}");

@@ -45,6 +45,9 @@ pub struct Simulate {
     /// How many robots there are
     #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=2_000))]
     robots: u16,
+    /// How many mobile chargers there are
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=100))]
+    chargers: u16,
     /// Only the first so many piles of the site [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     piles: Option<u16>,
@@ -125,7 +128,7 @@ impl Simulate {
     /// Runs all seeds under a policy.
     fn outcomes(&self, site: &Arc<Site>, first: &Trial, policy: PolicyName) -> (Ground, Vec<Run>) {
         let policy = Policy { choose: policy, power_cap_w: self.power_cap, ..Policy::default() };
-        let ground = Ground::new(site, policy, self.robots);
+        let ground = Ground::new(site, policy, self.robots, self.chargers);
         let begun = Instant::now();
         let bar = bar(self.seeds);
         let outcomes = campaign::run(&ground, first, self.seeds, |_| bar.inc(1));
@@ -198,6 +201,9 @@ impl Simulate {
             "chargehand simulate --policy {policy} --first-seed {seed} --seeds 1 --robots {robots} --hours {hours} \
              --faults {faults}"
         );
+        if self.chargers != 1 {
+            command += &format!(" --chargers {}", self.chargers);
+        }
         if only.end != u64::MAX {
             command += &format!(" --only-faults {}..{}", only.start, only.end);
         }
@@ -263,7 +269,7 @@ fn report(outcomes: &[Run], first_seed: u64) -> Report {
 }
 
 fn text(outcomes: &[Run], first_seed: u64) -> String {
-    const HEAD: [&str; 11] = [
+    const HEAD: [&str; 13] = [
         "seed",
         "requests",
         "granted",
@@ -272,6 +278,8 @@ fn text(outcomes: &[Run], first_seed: u64) -> String {
         "lost",
         "stranded, reachable",
         "other",
+        "rescued",
+        "towed",
         "wait p50 s",
         "p99 s",
         "working",
@@ -286,6 +294,8 @@ fn text(outcomes: &[Run], first_seed: u64) -> String {
             figures.counts.lost_requests.to_string(),
             figures.counts.stranded_reachable.to_string(),
             figures.counts.stranded_unreachable.to_string(),
+            figures.counts.rescued.to_string(),
+            figures.counts.towed.to_string(),
             format!("{:.1}", figures.wait_s.p50),
             format!("{:.1}", figures.wait_s.p99),
             format!("{:.1} %", 100.0 * figures.working_share),

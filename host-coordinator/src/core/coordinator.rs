@@ -9,8 +9,8 @@ use std::{collections::BTreeMap, sync::Arc};
 use planning::lmpp::Lmpp;
 use protocol::{
     Ack, Activity, Availability, BootEpoch, ChargeReport, DeviceId, DurationMs, Epoch, Fault, Frame, Hello,
-    LeaseId, LeaseRef, Message, PassReport, PileFaults, PileId, Reference, RobotId, RobotState, SiteMillis,
-    TagId, TimeSync, version,
+    LeaseId, LeaseRef, Message, PassReport, PileFaults, PileId, Position, Reference, RobotId, RobotState,
+    SiteMillis, TagId, TimeSync, version,
 };
 
 use super::{
@@ -41,6 +41,13 @@ pub enum Input {
     Frame(Frame),
     /// A frame arrived that says it is of this device and does not authenticate.
     Distrusted(DeviceId),
+    /// A person says that a robot which was to be towed has been moved.
+    Towed {
+        /// Who.
+        robot: RobotId,
+        /// Where to, if that was said.
+        to: Option<Position>,
+    },
     /// Time has passed; several times a second.
     Tick,
 }
@@ -145,12 +152,14 @@ impl Coordinator {
                 turn.concerned.everybody();
                 self.compare_words(&mut turn);
             }
+            Input::Towed { robot, to } => self.hear_towed(&mut turn, robot, to),
         }
         let robots = self.concerned_robots(&turn);
         self.withdraw_requests(&mut turn, &robots);
         let piles = self.concerned_piles(&turn);
         self.tend_leases(&mut turn, &piles);
         self.serve_queue(&mut turn);
+        self.send_help(&mut turn);
         let robots = self.concerned_robots(&turn);
         self.instruct_robots(&mut turn, &robots);
         turn.step
@@ -317,6 +326,7 @@ impl Coordinator {
     fn hear_robot(&mut self, turn: &mut Turn, robot: RobotId, boot: BootEpoch, message: Message) {
         match message {
             Message::RobotState(report) => self.hear_robot_state(turn, robot, report),
+            Message::RescueState(report) => self.hear_rescue(turn, robot, report),
             Message::ChargeRequest(request) => self.hear_request(turn, robot, boot, request),
             Message::TaskEnergy(done) => {
                 self.record(turn, Fact::TaskDone { robot, task: done.task, energy: done.last });

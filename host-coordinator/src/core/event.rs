@@ -255,6 +255,115 @@ pub enum Fact {
         /// Who.
         robot: RobotId,
     },
+    /// A robot can't come to a pile by itself.
+    HelpWanted {
+        /// Who.
+        robot: RobotId,
+        /// Where it was.
+        position: Position,
+        /// Why not.
+        plight: Plight,
+    },
+    /// A mobile charger was sent to it.
+    ChargerSent {
+        /// Who is to be charged.
+        robot: RobotId,
+        /// By whom.
+        charger: RobotId,
+        /// The charger knows the rescue by this number.
+        command: CommandId,
+        /// How much it is to give.
+        energy: EnergyJ,
+        /// It is taken for lost if it is not done by then.
+        until: SiteMillis,
+    },
+    /// The mobile charger charges the robot.
+    ChargerArrived {
+        /// Who is charged.
+        robot: RobotId,
+    },
+    /// The mobile charger does not come, or can't go on; the robot waits for another.
+    ChargerFreed {
+        /// Who was to be charged.
+        robot: RobotId,
+        /// Why.
+        why: Freed,
+    },
+    /// Only people can help the robot.
+    TowWanted {
+        /// Who.
+        robot: RobotId,
+        /// Why.
+        why: TowReason,
+    },
+    /// A robot needs no help any more.
+    HelpEnded {
+        /// Who.
+        robot: RobotId,
+        /// Why.
+        why: HelpEnd,
+    },
+}
+
+/// Why a robot can't come to a pile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Plight {
+    /// It cannot move any more.
+    Stranded,
+    /// No pile is in its reach (the empty set of LMPP eq. 9).
+    OutOfReach,
+}
+
+/// Why a mobile charger is not waited for any longer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Freed {
+    /// It says that it can't.
+    GaveUp,
+    /// It has not come back in time.
+    Late,
+    /// It has stranded itself.
+    Stranded,
+}
+
+/// Why a robot has to be towed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+pub enum TowReason {
+    /// There is no mobile charger.
+    #[error("there is no mobile charger")]
+    NoCharger,
+    /// No mobile charger can get to it, now or later.
+    #[error("no mobile charger gets there")]
+    OutOfChargersReach,
+    /// No way leads from it to any pile.
+    #[error("no way leads from there to a pile")]
+    NoWay,
+    /// Several mobile chargers have failed.
+    #[error("mobile chargers were sent and have failed")]
+    GaveUp,
+    /// No mobile charger was free for too long.
+    #[error("no mobile charger was free for too long")]
+    Waited,
+}
+
+/// Why a robot needs no help any more.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HelpEnd {
+    /// A mobile charger has given it enough to reach a pile.
+    Charged {
+        /// How much.
+        energy: EnergyJ,
+    },
+    /// A person says that it was moved.
+    Towed {
+        /// Where to, if that was said.
+        to: Option<Position>,
+    },
+    /// It moves again, or a pile has come into its reach.
+    NotNeeded,
 }
 
 /// What a pile and a robot say that cannot both be right.

@@ -21,6 +21,7 @@
 //! | `queue` | robots that ask: who waits, who is given which pile, what they are told |
 //! | `situation` | what is known of all robots that wait, as the policies take it |
 //! | [`consumption`] | what a robot is seen to take for a metre |
+//! | [`rescue`] | help for robots that can't come to a pile |
 //! | [`routes`] | ways and their lengths (LMPP Algorithm 6) |
 //! | [`replay`] | the log followed again: what was known when, and decisions taken anew |
 //! | [`view`] | what a person sees; its map is drawn in `site_view` |
@@ -36,6 +37,7 @@ mod power;
 pub mod profile;
 mod queue;
 pub mod replay;
+pub mod rescue;
 pub mod routes;
 mod site_view;
 mod situation;

@@ -10,7 +10,7 @@ use protocol::{
     RobotId, RobotState, Sequence, SiteMillis, limits,
 };
 
-use super::{consumption::Consumption, contradictions::Seen, routes::Ways};
+use super::{consumption::Consumption, contradictions::Seen, rescue::Errand, routes::Ways};
 
 /// A device that was silent for this long is lost, and what it was promised is given to others. One that is
 /// silent but not lost may only be cut off, and goes on as it was told.
@@ -31,6 +31,10 @@ pub struct Observed {
     pub queue_served_at: SiteMillis,
     /// When what piles and robots say was last compared.
     pub compared_at: SiteMillis,
+    /// Whether anything changed that may help a robot that can't come to a pile.
+    pub help_is_due: bool,
+    /// When those were last served.
+    pub helped_at: SiteMillis,
 }
 
 /// The frames of one device.
@@ -111,6 +115,10 @@ pub struct SeenRobot {
     pub ways: Option<(Cell, Arc<Ways>)>,
     /// What it was seen to take for a metre.
     pub consumption: Consumption,
+    /// When it was last helped.
+    pub helped_at: Option<SiteMillis>,
+    /// What it was told to do as a mobile charger.
+    pub errand: Option<Errand>,
 }
 
 /// What a robot can be told.

@@ -11,12 +11,12 @@ use protocol::{
 use super::{
     coordinator::Coordinator,
     decision::Decision,
-    event::{Fact, RevokeReason},
+    event::{Fact, Plight, RevokeReason},
     observed::{Route, Told},
-    state::{Phase, Place, Request},
+    state::{Help, Phase, Place, Request},
     turn::Turn,
 };
-use crate::selection::{Asker, Choice, Situation, Stage};
+use crate::selection::{Asker, Choice, Offer, Situation, Stage};
 
 impl Coordinator {
     /// A robot asks. Its frames come in order, so another number than before is a new request.
@@ -81,6 +81,7 @@ impl Coordinator {
             is_seen
                 && !self.observed.robot_is_silent(*robot, turn.now)
                 && !self.state.stranded.contains(robot)
+                && !self.state.helps.get(robot).is_some_and(Help::is_charging)
         };
         let waiting: Vec<_> = waiting.into_iter().filter(can_come).collect();
         let situation = self.situation(turn, &waiting);
@@ -102,12 +103,19 @@ impl Coordinator {
             self.record(turn, Fact::Decided(decision));
         }
         let Some(pile) = choice.chosen else {
-            let mut offers = asker.offers.iter().filter_map(|offer| offer.candidate.distance);
-            let reachable = offers.any(|length| length <= asker.reach);
+            let in_reach = |offer: &Offer| offer.candidate.distance.is_some_and(|way| way <= asker.reach);
+            let works = |offer: &Offer| offer.candidate.availability != Some(Availability::Fault);
+            if asker.offers.iter().any(|offer| in_reach(offer) && works(offer)) {
+                self.call_help_off(turn, robot);
+            } else {
+                self.want_help(turn, robot, Plight::OutOfReach);
+            }
+            let reachable = asker.offers.iter().any(in_reach);
             let reason = if reachable { UnassignedReason::AllTaken } else { UnassignedReason::OutOfReach };
             self.tell_to_wait(turn, robot, &request, reason);
             return;
         };
+        self.call_help_off(turn, robot);
         if self.availability_for(robot, pile, turn.now) == Some(Availability::Free) {
             self.grant(turn, pile, robot);
             return;

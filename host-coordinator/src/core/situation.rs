@@ -186,7 +186,7 @@ impl Coordinator {
     }
 
     /// How long a robot drives for so many cells, in seconds.
-    fn drive_s(&self, robot: &RobotConfig, cells: f64) -> f64 {
+    pub(super) fn drive_s(&self, robot: &RobotConfig, cells: f64) -> f64 {
         cells * self.site.resolution_m / f64::from(robot.speed_mps)
     }
 

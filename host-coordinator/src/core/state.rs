@@ -12,7 +12,9 @@ use protocol::{
 
 use super::{
     decision::Decision,
-    event::{Command, Contradiction, Device, Event, Fact, LeaseEnd, RevokeReason},
+    event::{
+        Command, Contradiction, Device, Event, Fact, HelpEnd, LeaseEnd, Plight, RevokeReason, TowReason,
+    },
     profile::TaskProfile,
 };
 
@@ -51,8 +53,10 @@ pub struct State {
     pub silent: BTreeSet<Device>,
     /// When the last event happened.
     pub last_at: SiteMillis,
-    /// Robots that wait for help.
+    /// Robots that cannot move.
     pub stranded: BTreeSet<RobotId>,
+    /// Robots that wait for help.
+    pub helps: BTreeMap<RobotId, Help>,
     /// Sums for the operator.
     pub totals: Totals,
 }
@@ -207,6 +211,64 @@ pub enum Place {
     Next(PileId),
     /// A lease on this pile is wanted for it.
     Granted(PileId),
+}
+
+/// The help that a robot waits for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Help {
+    /// Since when.
+    pub since: SiteMillis,
+    /// Where it was then.
+    pub position: Position,
+    /// Why it needs help.
+    pub plight: Plight,
+    /// How many mobile chargers have failed.
+    pub failures: u8,
+    /// How far its help is.
+    pub stage: HelpStage,
+}
+
+/// How far help is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum HelpStage {
+    /// It waits for a mobile charger.
+    Queued,
+    /// One is sent.
+    Sent(Sortie),
+    /// People have to tow it.
+    Tow(TowReason),
+}
+
+/// A mobile charger that is sent to a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sortie {
+    /// Which charger.
+    pub charger: RobotId,
+    /// By which number it knows of it.
+    pub command: CommandId,
+    /// How much it is to give.
+    pub energy: EnergyJ,
+    /// It is taken for lost if it is not done by then.
+    pub until: SiteMillis,
+    /// Whether it charges the robot.
+    pub charging: bool,
+}
+
+impl Help {
+    /// The mobile charger that is sent.
+    #[must_use]
+    pub const fn sortie(&self) -> Option<&Sortie> {
+        match &self.stage {
+            HelpStage::Sent(sortie) => Some(sortie),
+            HelpStage::Queued | HelpStage::Tow(_) => None,
+        }
+    }
+
+    /// Whether a mobile charger charges the robot now.
+    #[must_use]
+    pub fn is_charging(&self) -> bool {
+        self.sortie().is_some_and(|sortie| sortie.charging)
+    }
 }
 
 /// Sums since the log began.
@@ -416,6 +478,33 @@ impl State {
             Fact::Recovered { robot } => {
                 self.stranded.remove(robot);
             }
+            Fact::HelpWanted { robot, position, plight } => {
+                let (stage, failures) = (HelpStage::Queued, 0);
+                let help = Help { since: at, position: *position, plight: *plight, failures, stage };
+                self.helps.insert(*robot, help);
+            }
+            Fact::ChargerSent { robot, charger, command, energy, until } => {
+                self.next_command = self.next_command.max(CommandId(command.0.saturating_add(1)));
+                let (charger, command, energy, until) = (*charger, *command, *energy, *until);
+                let sortie = Sortie { charger, command, energy, until, charging: false };
+                self.help(*robot, |help| help.stage = HelpStage::Sent(sortie));
+            }
+            Fact::ChargerArrived { robot } => self.help(*robot, |help| {
+                if let HelpStage::Sent(sortie) = &mut help.stage {
+                    sortie.charging = true;
+                }
+            }),
+            Fact::ChargerFreed { robot, .. } => self.help(*robot, |help| {
+                help.stage = HelpStage::Queued;
+                help.failures = help.failures.saturating_add(1);
+            }),
+            Fact::TowWanted { robot, why } => self.help(*robot, |help| help.stage = HelpStage::Tow(*why)),
+            Fact::HelpEnded { robot, why } => {
+                self.helps.remove(robot);
+                if matches!(why, HelpEnd::Towed { .. }) {
+                    self.stranded.remove(robot);
+                }
+            }
         }
     }
 
@@ -514,6 +603,12 @@ impl State {
 
     fn lease_mut(&mut self, pile: PileId, lease: LeaseId) -> Option<&mut Lease> {
         self.piles.get_mut(&pile)?.lease.as_mut().filter(|held| held.name.lease == lease)
+    }
+
+    fn help(&mut self, robot: RobotId, change: impl FnOnce(&mut Help)) {
+        if let Some(help) = self.helps.get_mut(&robot) {
+            change(help);
+        }
     }
 
     fn spend(&mut self, command: Command) {

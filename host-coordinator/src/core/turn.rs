@@ -56,7 +56,8 @@ impl Concerned {
             | Fact::Asked { robot, .. }
             | Fact::Withdrawn { robot }
             | Fact::Stranded { robot }
-            | Fact::Recovered { robot } => (None, Some(*robot)),
+            | Fact::Recovered { robot }
+            | Fact::HelpEnded { robot, .. } => (None, Some(*robot)),
             Fact::NextReserved { pile, robot }
             | Fact::NextReleased { pile, robot }
             | Fact::Assigned { robot, pile }
@@ -73,7 +74,12 @@ impl Concerned {
             | Fact::TaskDone { .. }
             | Fact::Passed { .. }
             | Fact::Charged { .. }
-            | Fact::FaultReported { .. } => {
+            | Fact::FaultReported { .. }
+            | Fact::HelpWanted { .. }
+            | Fact::ChargerSent { .. }
+            | Fact::ChargerArrived { .. }
+            | Fact::ChargerFreed { .. }
+            | Fact::TowWanted { .. } => {
                 return;
             }
         };

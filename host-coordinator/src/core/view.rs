@@ -12,8 +12,8 @@ pub use super::site_view::{DoorView, FrameView, SiteView, SubareaView};
 use super::{
     coordinator::Coordinator,
     decision::Decision,
-    event::Contradiction,
-    state::{Charge, Lease, Phase, Place},
+    event::{Contradiction, Plight},
+    state::{Charge, Help, HelpStage, Lease, Phase, Place},
 };
 use crate::{config::RobotConfig, site::SitePile};
 
@@ -37,6 +37,8 @@ pub struct View {
     pub piles: Vec<PileView>,
     /// The robots, by number.
     pub robots: Vec<RobotView>,
+    /// The robots that can't come to a pile, by number, and their help.
+    pub helps: Vec<HelpView>,
     /// The newest decisions, newest first.
     pub decisions: Vec<Decision>,
     /// The newest charges, newest first.
@@ -144,6 +146,24 @@ pub struct RobotView {
     pub route: Vec<[i32; 2]>,
 }
 
+/// A robot that can't come to a pile, and its help.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HelpView {
+    /// Which robot.
+    pub robot: RobotId,
+    /// Since when.
+    pub since_ms: u64,
+    /// `stranded`, or `out_of_reach`: no pile is.
+    pub plight: &'static str,
+    /// `queued`: it waits for a mobile charger; `coming`: one is on its way; `charging`: one charges it;
+    /// `tow`: people have to move it, and say so by `POST /api/v1/tows/{robot}`.
+    pub stage: &'static str,
+    /// The mobile charger.
+    pub charger: Option<RobotId>,
+    /// Why people have to move it.
+    pub reason: Option<String>,
+}
+
 /// Sums since the event log began.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TotalsView {
@@ -207,6 +227,7 @@ impl Coordinator {
             warnings: Vec::new(),
             piles: self.site.piles.iter().map(|pile| self.pile_view(pile, now)).collect(),
             robots: self.robots.values().map(|robot| self.robot_view(robot, now)).collect(),
+            helps: self.state.helps.iter().map(|(robot, help)| HelpView::new(*robot, help)).collect(),
             decisions: self.state.decisions.iter().cloned().collect(),
             charges: self.state.charges.iter().map(ChargeView::new).collect(),
             totals: self.totals_view(now),
@@ -294,6 +315,28 @@ impl Coordinator {
             worst_wait_s: totals.worst_wait_s(),
             waiting: waiting.count(),
             stranded: self.state.stranded.len(),
+        }
+    }
+}
+
+impl HelpView {
+    fn new(robot: RobotId, help: &Help) -> Self {
+        let (stage, reason) = match &help.stage {
+            HelpStage::Queued => ("queued", None),
+            HelpStage::Sent(sortie) if sortie.charging => ("charging", None),
+            HelpStage::Sent(_) => ("coming", None),
+            HelpStage::Tow(why) => ("tow", Some(why.to_string())),
+        };
+        Self {
+            robot,
+            since_ms: help.since.0,
+            plight: match help.plight {
+                Plight::Stranded => "stranded",
+                Plight::OutOfReach => "out_of_reach",
+            },
+            stage,
+            charger: help.sortie().map(|sortie| sortie.charger),
+            reason,
         }
     }
 }

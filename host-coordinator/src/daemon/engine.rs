@@ -178,8 +178,14 @@ mod tests {
     fn recovered(file: &std::path::Path) -> Engine {
         let (store, events) = Store::open(file).unwrap();
         let full = EnergyJ::new(10_000.0).unwrap();
-        let robot =
-            RobotConfig { id: ROBOT, tag: TagId([1; 12]), full, energy_per_metre_j: 10.0, speed_mps: 0.5 };
+        let robot = RobotConfig {
+            id: ROBOT,
+            tag: TagId([1; 12]),
+            full,
+            energy_per_metre_j: 10.0,
+            speed_mps: 0.5,
+            gives_w: None,
+        };
         let site = Arc::new(Site::fig7().unwrap());
         let coordinator =
             Coordinator::recover(Arc::clone(&site), site.lmpp(1.0), Policy::default(), &[robot], &events);

@@ -51,7 +51,7 @@ pub use questions::{History, Unanswered};
 
 use self::{engine::Engine, questions::Questions, warnings::Warnings};
 use crate::{
-    api,
+    api::{self, tows::Tows},
     config::{Config, Security},
     core::{Coordinator, Input, View},
     links::{self, Links, Sockets},
@@ -162,10 +162,12 @@ impl Daemon {
         let (links, mut tasks) =
             links::start(sockets, known, sessions, &config.connect, inputs.clone(), warnings);
 
+        let name = site.name.clone();
         let (publish, view) = watch::channel(Arc::new(engine.view(clock.now())));
         let (history, questions) = History::new();
         if let Some(http) = http {
-            tasks.spawn(api::serve(http, view.clone(), history));
+            let tows = Tows { inputs: inputs.clone(), views: view.clone(), site };
+            tasks.spawn(api::serve(http, view.clone(), history, tows));
         }
         tasks.spawn(tell_time(clock.clone(), inputs));
         let (ended, engine_end) = oneshot::channel();
@@ -181,7 +183,7 @@ impl Daemon {
         let Addresses { http, udp, tcp } = addresses;
         tracing::info!(
             "site {}: piles and robots udp://{udp} and tcp://{tcp}, event log {}",
-            site.name,
+            name,
             config.event_log.display()
         );
         if let Some(http) = http {

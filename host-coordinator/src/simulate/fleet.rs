@@ -102,7 +102,8 @@ impl Model {
     pub fn config(&self, robot: RobotId) -> RobotConfig {
         let full = EnergyJ::clamped(self.full_j);
         let energy_per_metre_j = self.energy_per_metre_j();
-        RobotConfig { id: robot, tag: tag(robot), full, energy_per_metre_j, speed_mps: self.speed_mps }
+        let speed_mps = self.speed_mps;
+        RobotConfig { id: robot, tag: tag(robot), full, energy_per_metre_j, speed_mps, gives_w: None }
     }
 }
 

@@ -10,6 +10,7 @@
 //! | [`random`] | reproducible chance |
 //! | [`ground`] | points on the floor and routes over it |
 //! | [`world`] | the physics: bodies, batteries, charge contacts, reader fields |
+//! | [`charger`] | a mobile charger: a robot that charges others |
 //! | [`robot`] | a robot's own computer: works, asks, drives, charges |
 //! | [`terrain`] | places of work, piles, and the ways to both |
 //! | [`tasks`] | what robots work at |
@@ -26,6 +27,7 @@
 //! | [`demo`] | the coordinator, the site and the clock they live by, in one process |
 
 pub mod auditor;
+pub mod charger;
 pub mod demo;
 pub mod fleet;
 pub mod ground;

@@ -1,35 +1,34 @@
 //! A route that comes in parts, in any order and any number of times.
 
-use protocol::{Assignment, PileId, RequestId};
+use protocol::Position;
 
 use super::ground::{Point, Route};
 
-/// The parts of one assignment's route that have come so far.
+/// The parts that have come so far of the one route that `K` names.
 #[derive(Clone, Debug)]
-pub struct Parts {
-    request: RequestId,
-    pile: PileId,
+pub struct Parts<K> {
+    of: K,
     waypoints: Vec<Option<Point>>,
 }
 
-impl Parts {
-    /// Nothing yet of the assignment that `part` is of.
+impl<K: PartialEq> Parts<K> {
+    /// Nothing yet of a route of `total` waypoints.
     #[must_use]
-    pub fn of(part: &Assignment) -> Self {
-        Self { request: part.request, pile: part.pile, waypoints: vec![None; part.total.into()] }
+    pub fn new(of: K, total: u16) -> Self {
+        Self { of, waypoints: vec![None; total.into()] }
     }
 
-    /// Whether `part` is of this assignment.
+    /// Whether this is that route.
     #[must_use]
-    pub fn belongs(&self, part: &Assignment) -> bool {
-        (self.request, self.pile, self.waypoints.len()) == (part.request, part.pile, part.total.into())
+    pub fn is(&self, of: &K, total: u16) -> bool {
+        self.of == *of && self.waypoints.len() == usize::from(total)
     }
 
-    /// Puts `part` in its place; answers the whole route when nothing is missing any more. What
-    /// lies outside the route is dropped.
-    pub fn add(&mut self, part: &Assignment) -> Option<Route> {
-        let places = self.waypoints.iter_mut().skip(part.first.into());
-        for (place, &waypoint) in places.zip(&part.waypoints) {
+    /// Puts a part in its place, from waypoint `first` on; answers the whole route when nothing is missing
+    /// any more. What lies outside the route is dropped.
+    pub fn add(&mut self, first: u16, waypoints: &[Position]) -> Option<Route> {
+        let places = self.waypoints.iter_mut().skip(first.into());
+        for (place, &waypoint) in places.zip(waypoints) {
             *place = Some(waypoint.into());
         }
         self.waypoints.iter().copied().collect()
@@ -39,16 +38,13 @@ impl Parts {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use protocol::{CoordinateM, Position, limits};
+    use protocol::{CoordinateM, limits};
 
     use super::*;
 
-    fn assignment(total: u16, first: u16) -> Assignment {
-        let waypoints = (first..total)
-            .take(limits::WAYPOINTS_PER_PART)
-            .map(|index| Position { x: CoordinateM::clamped(f32::from(index)), y: CoordinateM::clamped(0.0) })
-            .collect();
-        Assignment { request: RequestId(1), pile: PileId(2), total, first, waypoints }
+    fn part(total: u16, first: u16) -> Vec<Position> {
+        let at = |index| Position { x: CoordinateM::clamped(f32::from(index)), y: CoordinateM::clamped(0.0) };
+        (first..total).take(limits::WAYPOINTS_PER_PART).map(at).collect()
     }
 
     proptest! {
@@ -58,11 +54,11 @@ mod tests {
             order in proptest::collection::vec(any::<proptest::sample::Index>(), 0..40),
         ) {
             let firsts: Vec<u16> = (0..total).step_by(limits::WAYPOINTS_PER_PART).collect();
-            let mut parts = Parts::of(&assignment(total, 0));
+            let mut parts = Parts::new((), total);
             let mut come = std::collections::BTreeSet::new();
             for first in order.iter().map(|index| *index.get(&firsts)).chain(firsts.iter().copied()) {
                 come.insert(first);
-                let route = parts.add(&assignment(total, first));
+                let route = parts.add(first, &part(total, first));
                 prop_assert_eq!(route.is_some(), come.len() == firsts.len());
                 if let Some(route) = route {
                     prop_assert!(route.iter().map(|point| point.x_m as u16).eq(0..total));
@@ -73,11 +69,8 @@ mod tests {
 
     #[test]
     fn waypoints_beyond_the_end_are_dropped() {
-        let mut part = assignment(3, 0);
-        let mut parts = Parts::of(&part);
-        part.first = 60_000;
-        assert_eq!(parts.add(&part), None);
-        part.first = 2;
-        assert_eq!(parts.add(&part), None);
+        let mut parts = Parts::new((), 3);
+        assert_eq!(parts.add(60_000, &part(3, 0)), None);
+        assert_eq!(parts.add(2, &part(3, 0)), None);
     }
 }

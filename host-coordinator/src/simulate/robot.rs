@@ -11,13 +11,17 @@
 //!      +----------- contacts dead after a charge ---------------- Docked
 //!      +----------- contacts never live: asks again -----------------+
 //! ```
+//! One whose battery is empty has stranded, unless it stands at a pile. It asks again when it was helped: when
+//! it was charged where it stood, or moved to a pile. A mobile charger is a robot too, whose work is to stand
+//! by and to help others ([`charger`](super::charger)).
 
 use protocol::{
-    Activity, Assignment, ChargeRequest, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, PileId,
-    RequestId, RobotState, limits,
+    Activity, Assignment, ChargeRequest, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, Nack, PileId,
+    Reference, RequestId, Rescue, RobotState, limits,
 };
 
 use super::{
+    charger::Charger,
     ground::{KEEP_CLEAR_M, Point, Route},
     navigator::Navigator,
     parts::Parts,
@@ -56,6 +60,8 @@ enum Mode {
     Docked { dock: Dock, charge: Charge },
     /// Has no energy left.
     Stranded,
+    /// Is about another robot's rescue.
+    Rescuing,
 }
 
 /// Where an assignment ends.
@@ -89,7 +95,9 @@ pub struct Robot {
     /// Its newest request.
     request: RequestId,
     /// The parts of an assignment that are here so far.
-    parts: Option<Parts>,
+    parts: Option<Parts<(RequestId, PileId)>>,
+    /// What it is as a mobile charger.
+    charger: Option<Charger>,
     greeted: bool,
     greet_at: Millis,
     /// What it last said of itself, and when.
@@ -109,17 +117,30 @@ impl Robot {
             mode: Mode::Working { until: None },
             request: RequestId(0),
             parts: None,
+            charger: None,
             greeted: false,
             greet_at: Millis(0),
             said: None,
         }
     }
 
+    /// The same as a mobile charger.
+    #[must_use]
+    pub fn with_charger(self, charger: Charger) -> Self {
+        Self { charger: Some(charger), ..self }
+    }
+
+    /// What it is as a mobile charger.
+    #[must_use]
+    pub const fn charger(&self) -> Option<&Charger> {
+        self.charger.as_ref()
+    }
+
     /// What the robot does.
     #[must_use]
     pub const fn activity(&self) -> Activity {
         match self.mode {
-            Mode::Working { .. } => Activity::Working,
+            Mode::Working { .. } | Mode::Rescuing => Activity::Working,
             Mode::Waiting { .. } => Activity::Waiting,
             Mode::Approaching(_) => Activity::Approaching,
             Mode::Docked { charge: Charge::Flowing { .. }, .. } => Activity::Charging,
@@ -137,7 +158,7 @@ impl Robot {
     /// Whether it works at the place of its task, and is not on the way there.
     #[must_use]
     pub const fn is_at_work(&self) -> bool {
-        matches!(self.mode, Mode::Working { until: Some(_) })
+        matches!(self.mode, Mode::Working { until: Some(_) }) && self.charger.is_none()
     }
 
     /// Its newest request.
@@ -157,7 +178,7 @@ impl Robot {
             Mode::Waiting { ask_at } => ask_at,
             Mode::Docked { charge: Charge::Expected { since }, .. } => since.after(PATIENCE),
             Mode::Docked { charge: Charge::Flowing { live_at }, .. } => live_at.after(DEAD),
-            Mode::Working { until: None } | Mode::Approaching(_) | Mode::Stranded => says,
+            Mode::Working { until: None } | Mode::Approaching(_) | Mode::Stranded | Mode::Rescuing => says,
         };
         says.min(greets).min(own)
     }
@@ -177,6 +198,12 @@ impl Robot {
                 Message::Unassigned(answer) if answer.request == self.request => {
                     self.wait(now, sensed, &mut outputs);
                 }
+                Message::Rescue(part) => self.set_out(part, sensed, &mut outputs),
+                Message::Nack(Nack { of: Reference::Command(rescue), .. }) => {
+                    if self.charger.as_mut().is_some_and(|charger| charger.let_go(*rescue)) {
+                        self.mode = self.go_to_work(sensed, &mut outputs);
+                    }
+                }
                 _ => {}
             }
         }
@@ -194,7 +221,7 @@ impl Robot {
             Mode::Approaching(_) | Mode::Docked { charge: Charge::Expected { .. }, .. } => {
                 outputs.route = self.navigator.route_to_work(sensed.position);
             }
-            Mode::Working { .. } | Mode::Docked { .. } | Mode::Stranded => return,
+            Mode::Working { .. } | Mode::Docked { .. } | Mode::Stranded | Mode::Rescuing => return,
         }
         self.parts = None;
         self.mode = Mode::Waiting { ask_at: now.after(ASK_AGAIN) };
@@ -207,15 +234,17 @@ impl Robot {
             // Another pile than before: the coordinator has changed its mind.
             Mode::Approaching(dock) => dock.pile != part.pile,
             Mode::Docked { dock, charge: Charge::Expected { .. } } => dock.pile != part.pile,
-            Mode::Working { .. } | Mode::Docked { .. } | Mode::Stranded => false,
+            Mode::Working { .. } | Mode::Docked { .. } | Mode::Stranded | Mode::Rescuing => false,
         };
         if !wanted || part.request != self.request {
             return;
         }
-        if !self.parts.as_ref().is_some_and(|parts| parts.belongs(part)) {
-            self.parts = Some(Parts::of(part));
+        let of = (part.request, part.pile);
+        if !self.parts.as_ref().is_some_and(|parts| parts.is(&of, part.total)) {
+            self.parts = Some(Parts::new(of, part.total));
         }
-        let Some(waypoints) = self.parts.as_mut().and_then(|parts| parts.add(part)) else { return };
+        let Some(parts) = &mut self.parts else { return };
+        let Some(waypoints) = parts.add(part.first, &part.waypoints) else { return };
         self.parts = None;
         let (Some(&first), Some(&at)) = (waypoints.front(), waypoints.back()) else { return };
         // The route begins where the robot was when it asked; it may have rolled on since.
@@ -225,17 +254,45 @@ impl Robot {
         self.mode = Mode::Approaching(Dock { pile: part.pile, at });
     }
 
+    /// A mobile charger that stands by sets out for another robot.
+    fn set_out(&mut self, part: &Rescue, sensed: &Sensed, outputs: &mut Outputs) {
+        let Some(charger) = &mut self.charger else { return };
+        if !matches!(self.mode, Mode::Working { .. } | Mode::Rescuing) {
+            return;
+        }
+        let Some(waypoints) = charger.take(part) else { return };
+        let first = waypoints.front().and_then(|&first| self.navigator.route(sensed.position, first));
+        let Some(mut route) = first else { return };
+        route.extend(waypoints);
+        outputs.route = Some(route);
+        self.mode = Mode::Rescuing;
+    }
+
+    /// Whether its battery is empty and it stands where nothing charges it.
+    fn is_stuck(&self, sensed: &Sensed) -> bool {
+        let at_a_pile = || self.navigator.near_a_pile(sensed.position, CONTACT_M);
+        sensed.energy_j <= 0.0 && !sensed.contacts_live && !at_a_pile()
+    }
+
     /// What the robot is about from now on.
     fn decide(&mut self, now: Millis, sensed: &Sensed, outputs: &mut Outputs) {
-        if sensed.energy_j <= 0.0 && !sensed.contacts_live {
+        let stuck = self.is_stuck(sensed);
+        if stuck {
             self.mode = Mode::Stranded;
         }
+        if let (Mode::Rescuing, Some(charger)) = (self.mode, &mut self.charger) {
+            // Nobody has sensed anything of a route that was taken just now.
+            if outputs.route.is_none() {
+                charger.step(now, sensed);
+            }
+        } else if let Some(charger) = &mut self.charger {
+            charger.abandon();
+        }
         self.mode = match self.mode {
-            Mode::Working { .. } if sensed.energy_j <= self.alert_j => {
-                self.request.0 = self.request.0.wrapping_add(1);
-                self.parts = None;
-                self.begun_j = None;
-                Mode::Waiting { ask_at: now }
+            Mode::Working { .. } if sensed.energy_j <= self.alert_j => self.ask(now),
+            Mode::Stranded if !stuck && !sensed.contacts_live => self.ask(now),
+            Mode::Working { until: None } if sensed.arrived && self.charger.is_some() => {
+                Mode::Working { until: Some(Millis(u64::MAX)) }
             }
             Mode::Working { until: None } if sensed.arrived => {
                 Mode::Working { until: Some(now.after(self.navigator.time_at_work(self.task))) }
@@ -260,8 +317,19 @@ impl Robot {
         };
     }
 
+    /// Begins to ask for a charge.
+    fn ask(&mut self, now: Millis) -> Mode {
+        self.request.0 = self.request.0.wrapping_add(1);
+        self.parts = None;
+        self.begun_j = None;
+        Mode::Waiting { ask_at: now }
+    }
+
     fn go_to_work(&mut self, sensed: &Sensed, outputs: &mut Outputs) -> Mode {
-        outputs.route = self.navigator.route_to_work(sensed.position);
+        outputs.route = match &self.charger {
+            Some(charger) => self.navigator.route(sensed.position, charger.home()),
+            None => self.navigator.route_to_work(sensed.position),
+        };
         Mode::Working { until: None }
     }
 
@@ -280,6 +348,7 @@ impl Robot {
             Mode::Working { until } => until.is_none(),
             Mode::Waiting { .. } => self.navigator.near_a_pile(sensed.position, KEEP_CLEAR_M),
             Mode::Approaching(dock) => sensed.end_clear || sensed.position.distance_m(dock.at) > KEEP_CLEAR_M,
+            Mode::Rescuing => self.charger.as_ref().is_some_and(Charger::drives),
             Mode::Docked { .. } | Mode::Stranded => false,
         }
     }
@@ -301,6 +370,8 @@ impl Robot {
             self.said = Some((activity, accepted, now));
             messages.push(Message::RobotState(RobotState { position, energy, activity, accepted }));
         }
+        messages
+            .extend(self.charger.as_mut().and_then(|charger| charger.speak(now)).map(Message::RescueState));
         if let Mode::Waiting { ask_at } = &mut self.mode
             && now >= *ask_at
         {

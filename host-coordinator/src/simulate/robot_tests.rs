@@ -25,8 +25,14 @@ impl Rig {
         let terrain = Arc::new(Terrain::new(&site));
         let robot = Robot::new(Navigator::new(terrain, Random::new(1, 1)), ALERT_J);
         let position = Point { x_m: 40.0, y_m: 85.0 };
-        let sensed =
-            Sensed { position, energy_j: 5_000.0, arrived: true, end_clear: true, contacts_live: false };
+        let sensed = Sensed {
+            position,
+            energy_j: 5_000.0,
+            arrived: true,
+            end_clear: true,
+            contacts_live: false,
+            partner: false,
+        };
         Self { site, robot, now: Millis(0), sensed }
     }
 

@@ -106,6 +106,8 @@ pub struct Sensed {
     pub end_clear: bool,
     /// Whether there is a voltage on its charge contacts.
     pub contacts_live: bool,
+    /// Of a mobile charger: whether the robot that it is to charge stands at its coupling.
+    pub partner: bool,
 }
 
 /// Everything that moves or stands.
@@ -148,6 +150,7 @@ impl World {
             arrived: body.route.is_empty(),
             end_clear: !(in_sight && taken),
             contacts_live: body.contacts_live,
+            partner: false,
         })
     }
 

@@ -5,7 +5,7 @@ import { legend } from "./legend.js";
 import { connect } from "./link.js";
 import { SiteMap } from "./map.js";
 import { Model } from "./model.js";
-import { updateDecisions, updatePiles, updateRobots, updateTotals } from "./panels.js";
+import { updateDecisions, updateHelps, updatePiles, updateRobots, updateTotals } from "./panels.js";
 import { Tooltip } from "./tooltip.js";
 import { clock } from "./words.js";
 
@@ -61,6 +61,8 @@ function draw() {
   say($("#clock"), `${clock(model.now)} · epoch ${model.epoch}`);
   drawLost();
   drawWarnings();
+  $("#helps").hidden = model.helps.length === 0;
+  updateHelps($("#helps ul"), model.helps, moved);
   tooltip.refresh();
 }
 
@@ -97,6 +99,17 @@ function drawWarnings() {
   $("#warnings").hidden = rows.length === 0;
   say($("#warnings summary"), rows.length === 1 ? "1 warning" : `${rows.length} warnings`);
   reconcile($("#warnings ul"), rows, () => html("li"), (node, row) => say(node, row.text));
+}
+
+/** A person has moved a robot that was to be towed. */
+async function moved(robot) {
+  const headers = { "content-type": "application/json" };
+  try {
+    const answer = await fetch(`/api/v1/tows/${robot}`, { method: "POST", headers, body: "{}" });
+    if (!answer.ok) window.alert(await answer.text());
+  } catch {
+    window.alert("The coordinator cannot be reached: nothing was recorded. Try again.");
+  }
 }
 
 document.addEventListener("keydown", (event) => {

@@ -12,6 +12,7 @@ export class Model {
   degraded = null;
   warnings = [];
   totals = {};
+  helps = [];
   piles = new Map();
   robots = new Map();
   doors = new Map();
@@ -24,6 +25,7 @@ export class Model {
     this.degraded = message.degraded;
     this.warnings = message.warnings ?? [];
     this.totals = message.totals ?? this.totals;
+    this.helps = message.helps ?? [];
     if (message.type === "state") {
       this.site = message.site;
       this.insecure = message.insecure;

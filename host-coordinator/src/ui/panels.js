@@ -6,6 +6,7 @@ import {
   battery,
   clock,
   duration,
+  helpLine,
   number,
   percent,
   pileLine,
@@ -96,6 +97,22 @@ export function updateRobots(list, model, involved, select) {
     say(what, `${line}${lost}`);
     fill(bar, battery(robot));
     say(level, percent(battery(robot)));
+  });
+}
+
+/** The robots that need help; `moved` is called with one that a person has moved. */
+export function updateHelps(list, helps, moved) {
+  const create = ({ robot }) => {
+    const button = html("button", { type: "button" }, "It was moved");
+    button.addEventListener("click", () => moved(robot));
+    return html("li", {}, html("span"), button);
+  };
+  const rows = helps.map((help) => ({ id: help.robot, ...help }));
+  reconcile(list, rows, create, (node, help) => {
+    const [line, button] = node.children;
+    say(line, helpLine(help));
+    set(node, { "data-stage": help.stage });
+    button.hidden = help.stage !== "tow";
   });
 }
 

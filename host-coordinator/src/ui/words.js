@@ -90,6 +90,20 @@ export function pileLine(pile) {
   return { ...PILES, done: "done, robot still there", unknown: "unknown, silent too long" }[state];
 }
 
+const HELPS = {
+  queued: () => "waits for a mobile charger",
+  coming: ({ charger }) => `R${charger} is on its way`,
+  charging: ({ charger }) => `R${charger} charges it`,
+  tow: ({ reason }) => `has to be towed: ${reason ?? "no cause given"}`,
+};
+
+/** One line on a robot that can't come to a pile, and its help. */
+export function helpLine(help) {
+  const plight = help.plight === "out_of_reach" ? "no pile is in its reach" : plain(help.plight);
+  const stage = Object.hasOwn(HELPS, help.stage) ? HELPS[help.stage](help) : plain(help.stage);
+  return `R${help.robot}: ${plight}, ${stage}`;
+}
+
 /** One line on what a robot does. */
 export function robotLine(robot) {
   const state = robotState(robot);

@@ -93,7 +93,14 @@ impl BoxSite {
                 let full = EnergyJ::clamped(FULL_J);
                 let cell = free[random.below(free.len() as u64) as usize];
                 let robot = Robot {
-                    config: RobotConfig { id, tag, full, energy_per_metre_j: PER_METRE_J, speed_mps: 0.8 },
+                    config: RobotConfig {
+                        id,
+                        tag,
+                        full,
+                        energy_per_metre_j: PER_METRE_J,
+                        speed_mps: 0.8,
+                        gives_w: None,
+                    },
                     sessions: robot_sessions(id),
                     greeted: false,
                     mode: Mode::Working,

@@ -87,6 +87,7 @@ impl Office {
             full: EnergyJ::clamped(10_000.0),
             energy_per_metre_j: 10.0,
             speed_mps: 0.5,
+            gives_w: None,
         });
         let policy = Policy { lease: LEASE, ..Policy::default() };
         let (desks, steps) = (Interner::default(), HashMap::new());

@@ -46,6 +46,7 @@ async fn the_state_has_the_promised_form() {
             "decisions",
             "degraded",
             "epoch",
+            "helps",
             "insecure",
             "now_ms",
             "piles",
@@ -274,4 +275,39 @@ async fn a_reader_of_changes_knows_the_state_without_asking_again() {
 
 fn http(daemon: &host_coordinator::daemon::Daemon) -> std::net::SocketAddr {
     daemon.addresses().http.unwrap()
+}
+
+async fn post(daemon: std::net::SocketAddr, path: &str, kind: &str, body: &str) -> String {
+    let mut stream = TcpStream::connect(daemon).await.unwrap();
+    let length = body.len();
+    let head = format!("Host: x\r\nConnection: close\r\nContent-Type: {kind}\r\nContent-Length: {length}");
+    stream.write_all(format!("POST {path} HTTP/1.1\r\n{head}\r\n\r\n{body}").as_bytes()).await.unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).await.unwrap();
+    answer
+}
+
+/// A robot strands and there is no mobile charger: a person tows it, says so, and it is in the log.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_person_says_that_a_robot_was_towed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, clock) = start(folder.path()).await;
+    let http = http(&daemon);
+    let json = "application/json";
+    let answer = post(http, "/api/v1/tows/3", json, "{}").await;
+    assert!(answer.starts_with("HTTP/1.1 404") && answer.contains("robot 3 is not to be towed"), "{answer}");
+    let world = World::start(daemon.addresses().udp, clock, &[], &[3]);
+    world.strand();
+    until(&daemon, "a tow is wanted", |view| view.helps.iter().any(|help| help.stage == "tow")).await;
+    for (kind, body, status) in [
+        ("text/plain", "{}", "415"),
+        (json, r#"{"too": [1, 1]}"#, "422"),
+        (json, r#"{"to": [1, 4000]}"#, "422"),
+        (json, r#"{"to": [40, 64]}"#, "204"),
+        (json, r#"{"to": [40, 64]}"#, "404"),
+    ] {
+        let answer = post(http, "/api/v1/tows/3", kind, body).await;
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{body}: {answer}");
+    }
+    daemon.shutdown().await;
 }

@@ -31,6 +31,7 @@ pub fn robot_config(number: u16) -> RobotConfig {
         full: EnergyJ::new(10_000.0).unwrap(),
         energy_per_metre_j: 10.0,
         speed_mps: 0.5,
+        gives_w: None,
     }
 }
 
@@ -66,6 +67,7 @@ pub struct World {
 const RUN: u8 = 0;
 const PAUSE: u8 = 1;
 const STOP: u8 = 2;
+const STRAND: u8 = 3;
 
 impl World {
     /// Starts these piles and robots of Fig. 7. Charges take a good second.
@@ -80,8 +82,10 @@ impl World {
         let thread = thread::spawn(move || {
             let mut seen = Seen::new();
             loop {
-                match commanded.load(Ordering::SeqCst) {
-                    RUN => {
+                let command = commanded.load(Ordering::SeqCst);
+                match command {
+                    RUN | STRAND => {
+                        robots.iter_mut().for_each(|robot| robot.stranded = command == STRAND);
                         let now = Millis(clock.now().since(begun).0.into());
                         piles.iter_mut().for_each(|pile| pile.step(now, &robots, &mut seen));
                         robots.iter_mut().for_each(|robot| robot.step(clock.now(), &piles));
@@ -99,6 +103,11 @@ impl World {
     pub fn pause(&self) {
         self.command.store(PAUSE, Ordering::SeqCst);
         thread::sleep(Duration::from_millis(50));
+    }
+
+    /// All its robots can't move from now on.
+    pub fn strand(&self) {
+        self.command.store(STRAND, Ordering::SeqCst);
     }
 
     /// Goes on.
@@ -204,6 +213,7 @@ struct Robot {
     request: RequestId,
     docked: Option<PileId>,
     charged: bool,
+    stranded: bool,
     /// When it asks again after a charge.
     rests_until: SiteMillis,
     say_at: SiteMillis,
@@ -222,6 +232,7 @@ impl Robot {
             request: RequestId(1),
             docked: None,
             charged: false,
+            stranded: false,
             rests_until: SiteMillis(0),
             say_at: SiteMillis(0),
         }
@@ -265,6 +276,7 @@ impl Robot {
     fn talk(&mut self, now: SiteMillis, position: Position) {
         let energy = EnergyJ::new(5_000.0).unwrap();
         let (activity, accepted) = match self.docked {
+            _ if self.stranded => (Activity::Stranded, None),
             Some(_) => (Activity::Docked, Some(self.request)),
             None if now < self.rests_until => (Activity::Working, None),
             None => (Activity::Waiting, None),

@@ -61,6 +61,7 @@ impl Charging {
                 full,
                 energy_per_metre_j: 10.0,
                 speed_mps: 0.5,
+                gives_w: None,
             }],
             connect: Vec::new(),
         };

@@ -112,6 +112,12 @@ impl Body {
         }
     }
 
+    /// Somebody puts it there.
+    pub fn put(&mut self, position: Point) {
+        self.legs.clear();
+        self.position = position;
+    }
+
     /// Drops its route.
     pub fn stop(&mut self) {
         self.legs.clear();
@@ -124,7 +130,7 @@ impl Body {
         self.work_w = work_w;
     }
 
-    /// So much came into its battery, in joules.
+    /// So much came into its battery, or went to another's if it is negative, in joules.
     pub fn charge(&mut self, energy_j: f64) {
         self.energy_j = (self.energy_j + energy_j).clamp(0.0, self.build.full_j);
     }

@@ -30,6 +30,11 @@ pub enum Breach {
         /// Who.
         robot: RobotId,
     },
+    /// No robot forgotten: one that stranded was not helped for too long.
+    Unhelped {
+        /// Who.
+        robot: RobotId,
+    },
     /// No energy without a lease.
     Unleased {
         /// Which pile.
@@ -60,8 +65,12 @@ impl fmt::Display for Breach {
                 write!(f, "the coordinator kept lease {lease} of pile {pile} beyond its life")
             }
             Self::Forgotten { robot } => {
-                write!(f, "robot {robot} asks, was heard, and is not in the coordinator's book")
+                write!(
+                    f,
+                    "robot {robot} needs a charge or help, was heard, and is not in the coordinator's book"
+                )
             }
+            Self::Unhelped { robot } => write!(f, "robot {robot} stranded and was not helped"),
             Self::Unleased { pile } => write!(f, "pile {pile} gave energy without a lease"),
             Self::Overdrawn { drawn_w } => {
                 write!(f, "all piles together may draw {drawn_w:.0} W, more than the facility has")

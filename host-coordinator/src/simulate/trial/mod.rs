@@ -14,7 +14,6 @@
 //!   of this happens more often: what an idle pile does by its own timers may come up to a second later
 //!   here.
 //! - Piles don't gossip: nobody decides by what they would tell each other yet.
-//! - Nobody helps a robot that stranded.
 //!
 //! | module | one idea |
 //! |---|---|
@@ -27,6 +26,7 @@
 //! | `office` | the coordinator, its log and its clock |
 //! | `piles` | piles: firmware core, charger, store |
 //! | `rovers` | robots: computer and body |
+//! | `help` | mobile chargers that charge robots, and people who tow them |
 //! | `run` | all of them, from one event to the next |
 //! | [`outcome`] | what a run comes to |
 //! | [`campaign`] | many runs on all processors |
@@ -39,7 +39,11 @@ use planning::grid::Cell;
 use protocol::{DurationMs, PileId, RobotId};
 
 use super::{fleet::Model, ground::Point, terrain::Terrain};
-use crate::{config::Policy, core::Coordinator, site::Site};
+use crate::{
+    config::{Policy, RobotConfig},
+    core::Coordinator,
+    site::Site,
+};
 
 pub mod agenda;
 pub mod body;
@@ -47,6 +51,7 @@ pub mod breach;
 pub mod campaign;
 pub mod comparison;
 pub mod faults;
+mod help;
 pub mod network;
 mod office;
 pub mod outcome;
@@ -66,6 +71,9 @@ use outcome::Outcome;
 /// believes, so a robot asks early enough to wait for five minutes.
 const MODEL: Model =
     Model { full_j: 120_000.0, drive_j_per_m: 60.0, idle_w: 30.0, speed_mps: 0.8, reserve_s: 300.0 };
+
+/// The mobile chargers: robots with a large battery, most of which is for others.
+const CHARGER: Model = Model { full_j: 600_000.0, ..MODEL };
 
 /// Which run: everything that happens in it follows from this and its [`Ground`].
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,6 +105,7 @@ pub struct Ground {
     /// A coordinator that has not started yet.
     coordinator: Coordinator,
     robots: u16,
+    chargers: u16,
     alert_j: f64,
     /// No more power than this may go to all piles together, in watts.
     power_cap_w: Option<f64>,
@@ -105,11 +114,14 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// `site` with so many robots, and a coordinator that decides by `policy`.
+    /// `site` with so many robots and mobile chargers, and a coordinator that decides by `policy`.
     #[must_use]
-    pub fn new(site: &Arc<Site>, policy: Policy, robots: u16) -> Self {
+    pub fn new(site: &Arc<Site>, policy: Policy, robots: u16, chargers: u16) -> Self {
         let point = |cell: Cell| Point::from(site.position(cell));
-        let configs: Vec<_> = (1..=robots).map(|id| MODEL.config(RobotId(id))).collect();
+        let of_chargers = (robots.saturating_add(1)..=robots.saturating_add(chargers))
+            .map(|id| RobotConfig { gives_w: Some(help::GIVES_W as f32), ..CHARGER.config(RobotId(id)) });
+        let configs = (1..=robots).map(|id| MODEL.config(RobotId(id))).chain(of_chargers);
+        let configs: Vec<_> = configs.collect();
         let congestion =
             |door| site.congestion.iter().find(|(id, _)| *id == door).map_or(0.0, |(_, rho)| *rho);
         let doors = site.rooms.doors().iter().map(|door| (point(door.cell), congestion(door.id)));
@@ -118,6 +130,7 @@ impl Ground {
             coordinator: Coordinator::recover(Arc::clone(site), site.lmpp(1.0), policy, &configs, []),
             robots,
             power_cap_w: policy.power_cap_w,
+            chargers,
             alert_j: MODEL.alert(site).get().into(),
             piles: site.piles.iter().map(|pile| (pile.id, pile.power_w, point(pile.cell))).collect(),
             doors: doors.collect(),

@@ -12,7 +12,11 @@ use super::{
     run::{Occasion, Run},
 };
 use crate::{
-    core::{Coordinator, Effect, Event, Fact, Input, State, Step, event::LeaseEnd, state::Phase},
+    core::{
+        Coordinator, Effect, Event, Fact, Input, State, Step,
+        event::{HelpEnd, LeaseEnd},
+        state::Phase,
+    },
     simulate::random::Random,
 };
 
@@ -161,7 +165,7 @@ impl Run<'_> {
         self.office.coordinator.state().requests.contains_key(&robot)
     }
 
-    fn coordinate(&mut self, input: Input) {
+    pub fn coordinate(&mut self, input: Input) {
         if !self.office.up {
             return;
         }
@@ -199,6 +203,9 @@ impl Run<'_> {
                 Fact::Ended { why: LeaseEnd::ByPile(EndReason::Completed), .. } => {
                     self.tally.counts.completed += 1
                 }
+                Fact::HelpEnded { why: HelpEnd::Charged { .. }, .. } => self.tally.counts.rescued += 1,
+                Fact::HelpEnded { why: HelpEnd::Towed { .. }, .. } => self.tally.counts.towed += 1,
+                Fact::TowWanted { robot, .. } => self.call_for_tow(robot),
                 _ => {}
             }
         }
@@ -277,7 +284,7 @@ mod tests {
     fn ground() -> Ground {
         let mut site = Site::fig7().unwrap();
         site.piles.truncate(2);
-        Ground::new(&Arc::new(site), Policy::default(), 20)
+        Ground::new(&Arc::new(site), Policy::default(), 20, 0)
     }
 
     /// A run up to when robots wait for one of two piles.

@@ -48,6 +48,10 @@ pub struct Counts {
     pub stranded_unreachable: u64,
     /// Steps of the coordinator's core.
     pub coordinator_steps: u64,
+    /// Robots that mobile chargers gave enough to reach a pile.
+    pub rescued: u64,
+    /// Robots that people had to tow.
+    pub towed: u64,
     /// How far robots drove on their ways to a charge, in metres.
     pub charge_distance_m: f64,
 }
@@ -79,6 +83,8 @@ impl Tally {
         counts.stranded_reachable += other.counts.stranded_reachable;
         counts.stranded_unreachable += other.counts.stranded_unreachable;
         counts.coordinator_steps += other.counts.coordinator_steps;
+        counts.rescued += other.counts.rescued;
+        counts.towed += other.counts.towed;
         self.waits_ms.extend_from_slice(&other.waits_ms);
         self.worked_ms += other.worked_ms;
         self.robots_ms += other.robots_ms;

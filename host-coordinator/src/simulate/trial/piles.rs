@@ -5,7 +5,7 @@ use firmware_pile::{
     plant::{Battery, Plant},
     store::{Kept, Record},
 };
-use protocol::{BootEpoch, DeviceId, DurationMs, FrameError, Message, Millis, PileId, limits};
+use protocol::{Availability, BootEpoch, DeviceId, DurationMs, FrameError, Message, Millis, PileId, limits};
 
 use super::{
     breach::Breach,
@@ -81,6 +81,11 @@ impl Pile {
             doom: None,
             watch: PileWatch::default(),
         }
+    }
+
+    /// Whether it says that it is free.
+    pub fn is_free(&self) -> bool {
+        self.up && self.core.availability() == Availability::Free
     }
 
     /// The time on its own clock.

@@ -5,15 +5,17 @@ use std::sync::Arc;
 use protocol::{Activity, BootEpoch, DurationMs, Message, Millis, RequestId, RobotId, SiteMillis};
 
 use super::{
-    Ground, MODEL,
+    CHARGER, Ground, MODEL,
     body::Body,
     breach::Breach,
     faults::Fault,
+    help,
     network::{Letter, Node, Opened, Session},
     piles::NEAR_M,
     run::{Occasion, Run},
 };
 use crate::simulate::{
+    charger::Charger,
     fleet,
     ground::{KEEP_CLEAR_M, Point},
     navigator::Navigator,
@@ -33,13 +35,13 @@ const CROWDED_MS: f64 = 20_000.0;
 /// Standing closer than this to the end of another robot's way, in metres, is in its way.
 const IN_THE_WAY_M: f64 = 1.0;
 /// How long a robot that was heard may be missing from the book of a coordinator that it can reach.
-const MISSING: DurationMs = DurationMs(30_000);
+pub(super) const MISSING: DurationMs = DurationMs(30_000);
 
 /// A robot.
 #[derive(Debug)]
 pub(super) struct Rover {
     pub id: RobotId,
-    core: Option<Robot>,
+    pub core: Option<Robot>,
     pub body: Body,
     pub boot: BootEpoch,
     pub session: Session,
@@ -54,24 +56,35 @@ pub(super) struct Rover {
     /// Since when it needs a charge, and whether a pile was within its true reach then.
     needs: Option<(Millis, bool)>,
     stranded: bool,
+    /// Since when it has stranded, and neither was helped nor were people called.
+    pub helpless_since: Option<Millis>,
+    /// Since when the coordinator could know that, and does not.
+    pub unbooked_since: Option<Millis>,
+    /// Where it stands by, of a mobile charger.
+    home: Option<Point>,
+    /// Whom it charges, as a mobile charger.
+    pub gives_to: Option<usize>,
     /// Its last request that the coordinator has taken.
     pub heard: Option<(BootEpoch, RequestId)>,
     missing_since: Option<Millis>,
 }
 
 impl Rover {
-    /// The robot of this number, not switched on yet.
-    pub fn new(ground: &Ground, seed: u64, index: usize) -> Self {
-        let id = RobotId(u16::try_from(index + 1).unwrap_or(u16::MAX));
+    /// The robot of this number, not switched on yet; after so many robots come mobile chargers.
+    pub fn new(ground: &Ground, seed: u64, index: usize, robots: usize) -> Self {
+        let charger = index.checked_sub(robots);
+        let number = charger.map_or(index, |charger| usize::from(ground.robots) + charger) + 1;
+        let id = RobotId(u16::try_from(number).unwrap_or(u16::MAX));
         let mut random = Random::new(seed, id.0.into());
-        let believed = MODEL.build(id);
+        let believed = if charger.is_some() { CHARGER.build(id) } else { MODEL.build(id) };
         let truth = random.between(TRUTH.0, TRUTH.1);
         let build = Build {
             idle_w: believed.idle_w * truth,
             drive_j_per_m: believed.drive_j_per_m * truth,
             ..believed
         };
-        let energy_j = build.full_j * random.between(fleet::INITIAL_CHARGE.0, fleet::INITIAL_CHARGE.1);
+        let share = random.between(fleet::INITIAL_CHARGE.0, fleet::INITIAL_CHARGE.1);
+        let energy_j = build.full_j * if charger.is_some() { 1.0 } else { share };
         let position = random.choose(ground.terrain.places()).copied();
         let position = position.unwrap_or(Point { x_m: 0.0, y_m: 0.0 });
         Self {
@@ -88,12 +101,16 @@ impl Rover {
             driven_m: 0.0,
             needs: None,
             stranded: false,
+            helpless_since: None,
+            unbooked_since: None,
+            home: charger.map(|_| position),
+            gives_to: None,
             heard: None,
             missing_since: None,
         }
     }
 
-    fn activity(&self) -> Option<Activity> {
+    pub fn activity(&self) -> Option<Activity> {
         Some(self.core.as_ref()?.activity())
     }
 }
@@ -109,7 +126,10 @@ impl Run<'_> {
         let stream = u64::from(rover.id.0) + (u64::from(rover.boot.0) << 32);
         let random = Random::new(self.trial.seed, stream);
         let navigator = Navigator::new(Arc::clone(&self.ground.terrain), random);
-        rover.core = Some(Robot::new(navigator, self.ground.alert_j));
+        rover.core = Some(match rover.home {
+            Some(home) => help::charger(navigator, home),
+            None => Robot::new(navigator, self.ground.alert_j),
+        });
         rover.session = Session::default();
         rover.stepped_at = self.now;
         self.step_robot(index, &[]);
@@ -126,6 +146,7 @@ impl Run<'_> {
         self.sum_up(index);
         let rover = &mut self.rovers[index];
         rover.core = None;
+        rover.gives_to = None;
         rover.heard = None;
         rover.missing_since = None;
         rover.body.stop();
@@ -159,14 +180,18 @@ impl Run<'_> {
         self.sum_up(index);
         self.find_on_contacts(index);
         let end_clear = self.sees_its_end_clear(index);
+        let partner = self.partner_of(index);
+        let rover = &self.rovers[index];
+        let at_live_pile = rover.at_pile.is_some_and(|pile| self.piles[pile].closed);
+        let contacts_live = at_live_pile || self.is_given_energy(index);
         let rover = &mut self.rovers[index];
-        let contacts_live = rover.at_pile.is_some_and(|pile| self.piles[pile].closed);
         let sensed = Sensed {
             position: rover.body.position(),
             energy_j: rover.body.energy_j(),
             arrived: rover.body.has_arrived(),
             end_clear,
             contacts_live,
+            partner: partner.is_some(),
         };
         let Some(core) = &mut rover.core else { return };
         let outputs = core.step(self.now, &sensed, heard);
@@ -178,9 +203,13 @@ impl Run<'_> {
             rover.route = rover.route.wrapping_add(1);
             self.foresee(index);
         }
-        self.rovers[index].body.command(outputs.moving, work_w);
+        let rover = &mut self.rovers[index];
+        rover.body.command(outputs.moving, work_w);
+        let gives = rover.core.as_ref().and_then(Robot::charger).is_some_and(Charger::gives);
+        rover.gives_to = partner.filter(|_| gives);
         self.find_on_contacts(index);
         self.note_need(index, contacts_live);
+        self.check_helped(index);
         for message in outputs.messages {
             self.send(Node::Robot(index), Node::Office, message);
         }
@@ -222,9 +251,12 @@ impl Run<'_> {
         rover.body.advance(self.now);
         let passed = self.now.since(rover.stepped_at);
         rover.stepped_at = self.now;
+        self.give_energy(index, passed);
+        let rover = &mut self.rovers[index];
         let driven_m = rover.body.driven_m() - rover.driven_m;
         rover.driven_m = rover.body.driven_m();
         match rover.activity() {
+            _ if rover.home.is_some() => {}
             Some(Activity::Working) => self.tally.worked_ms += u64::from(passed.0),
             Some(Activity::Approaching) => self.tally.counts.charge_distance_m += driven_m,
             _ => {}
@@ -276,8 +308,11 @@ impl Run<'_> {
     fn note_need(&mut self, index: usize, contacts_live: bool) {
         let now = self.now;
         let rover = &mut self.rovers[index];
+        let stands_by = rover.home.is_some();
         match rover.activity() {
+            Some(Activity::Waiting) if stands_by => rover.stranded = false,
             Some(Activity::Waiting) if rover.needs.is_none() => {
+                rover.stranded = false;
                 let nearest_m = self.ground.terrain.nearest_pile_m(rover.body.position());
                 let needed_j = nearest_m.map(|nearest_m| nearest_m * rover.body.per_metre_j());
                 let reachable = needed_j.is_some_and(|needed_j| needed_j <= rover.body.energy_j());
@@ -291,7 +326,8 @@ impl Run<'_> {
             }
             Some(Activity::Stranded) if !rover.stranded => {
                 rover.stranded = true;
-                if rover.needs.is_some_and(|(_, reachable)| reachable) {
+                // Its wait ends here; when it was helped it asks anew.
+                if rover.needs.take().is_some_and(|(_, reachable)| reachable) {
                     self.tally.counts.stranded_reachable += 1;
                 } else {
                     self.tally.counts.stranded_unreachable += 1;
@@ -323,7 +359,7 @@ impl Run<'_> {
     /// At the end of the run: what robots still wait for counts too.
     pub fn count_open_waits(&mut self) {
         let now = self.now;
-        let open = self.rovers.iter().filter(|rover| !rover.stranded).filter_map(|rover| rover.needs);
+        let open = self.rovers.iter().filter_map(|rover| rover.needs);
         self.tally.waits_ms.extend(open.map(|(since, _)| now.since(since).0));
     }
 }

@@ -36,6 +36,8 @@ pub(super) enum Occasion {
         pile: usize,
         turn: u32,
     },
+    /// Somebody comes to tow a robot.
+    Tows(RobotId),
     /// A robot comes near a pile, if it still has the route it had.
     Nears {
         robot: usize,
@@ -61,7 +63,12 @@ pub(super) struct Run<'a> {
     pub troubles: Troubles,
     pub office: Office,
     pub piles: Vec<Pile>,
+    /// Robots, then mobile chargers.
     pub rovers: Vec<Rover>,
+    /// How many of them are robots.
+    pub robots: usize,
+    /// Those who tow robots.
+    pub people: Random,
     pub tally: Tally,
     pub breach: Option<Breach>,
     /// Until when each device is cut off.
@@ -72,6 +79,7 @@ impl<'a> Run<'a> {
     /// The beginning of `trial`: everyone is switched on within a second.
     pub fn new(ground: &'a Ground, trial: &'a Trial) -> Self {
         let robots = usize::from(trial.robots.min(ground.robots));
+        let all = robots + usize::from(ground.chargers);
         let piles = ground.piles.len();
         let mut random = Random::new(trial.seed, 0x3_0000);
         let mut run = Self {
@@ -79,21 +87,23 @@ impl<'a> Run<'a> {
             trial,
             now: Millis(0),
             agenda: Agenda::default(),
-            network: Network::new(trial.seed, piles, robots),
+            network: Network::new(trial.seed, piles, all),
             troubles: Troubles::new(trial.seed, trial.faults, trial.only.clone()),
-            office: Office::new(ground, robots, &mut random),
+            office: Office::new(ground, all, &mut random),
             piles: ground.piles.iter().map(|&(id, power_w, _)| Pile::new(id, power_w)).collect(),
-            rovers: (0..robots).map(|index| Rover::new(ground, trial.seed, index)).collect(),
+            rovers: (0..all).map(|index| Rover::new(ground, trial.seed, index, robots)).collect(),
+            robots,
+            people: Random::new(trial.seed, 0x4_0000),
             tally: Tally::default(),
             breach: None,
-            cut_until: vec![Millis(0); piles + robots],
+            cut_until: vec![Millis(0); piles + all],
         };
         run.agenda.put(Millis(0), Occasion::OfficeStarts);
         let mut morning = || Millis(random.between(0.0, MORNING_MS) as u64);
         for pile in 0..piles {
             run.agenda.put(morning(), Occasion::PileStarts(pile));
         }
-        for robot in 0..robots {
+        for robot in 0..all {
             run.agenda.put(morning(), Occasion::RobotStarts(robot));
         }
         run.agenda.put(Millis(0).after(TICK), Occasion::Tick);
@@ -129,12 +139,12 @@ impl<'a> Run<'a> {
         (0..self.rovers.len()).for_each(|robot| self.sum_up(robot));
         self.count_open_waits();
         let mut tally = self.tally;
-        tally.robots_ms = self.rovers.len() as u64 * self.now.0;
+        tally.robots_ms = self.robots as u64 * self.now.0;
         tally.counts.preempted = self.office.preempted();
         let failure = self.breach.map(|breach| {
             match &breach {
                 Breach::DoubleGrant(_) => tally.counts.double_grants += 1,
-                Breach::Forgotten { .. } => tally.counts.lost_requests += 1,
+                Breach::Forgotten { .. } | Breach::Unhelped { .. } => tally.counts.lost_requests += 1,
                 _ => {}
             }
             Failure { at: self.now, breach, struck: self.troubles.struck() }
@@ -147,6 +157,7 @@ impl<'a> Run<'a> {
             Occasion::Arrives(number) => self.arrive(number),
             Occasion::RobotWakes { robot, turn } => self.robot_wakes(robot, turn),
             Occasion::PileWakes { pile, turn } => self.pile_wakes(pile, turn),
+            Occasion::Tows(robot) => self.tow(robot),
             Occasion::Nears { robot, pile, route } => self.robot_nears(robot, pile, route),
             Occasion::Tick => {
                 self.agenda.put(self.now.after(TICK), Occasion::Tick);
@@ -283,6 +294,10 @@ impl<'a> Run<'a> {
     }
 
     pub fn robot_index(&self, RobotId(number): RobotId) -> Option<usize> {
-        usize::from(number).checked_sub(1).filter(|index| *index < self.rovers.len())
+        let index = usize::from(number).checked_sub(1)?;
+        let charger = usize::from(number.checked_sub(self.ground.robots + 1).unwrap_or(u16::MAX));
+        let index = if number > self.ground.robots { self.robots + charger } else { index };
+        let known = if number > self.ground.robots { self.rovers.len() } else { self.robots };
+        (index < known).then_some(index)
     }
 }

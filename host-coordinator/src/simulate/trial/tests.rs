@@ -21,7 +21,7 @@ fn ground(robots: u16, piles: usize) -> Ground {
 fn ground_with(robots: u16, piles: usize, policy: Policy) -> Ground {
     let mut site = Site::fig7().unwrap();
     site.piles.truncate(piles);
-    Ground::new(&Arc::new(site), policy, robots)
+    Ground::new(&Arc::new(site), policy, robots, 1)
 }
 
 fn trial(seed: u64, robots: u16, minutes: u32, faults: Faults) -> Trial {
@@ -121,4 +121,46 @@ fn a_log_taken_anew_with_doors_closed_knows_the_longer_ways() {
     }));
     let longer = ways.iter().filter(|(was, would_be)| was != would_be).count();
     assert!(longer > 0 && longer < ways.len(), "{longer} of {}", ways.len());
+}
+
+/// So many robots for so few piles that some strand.
+fn overload(chargers: u16) -> Ground {
+    let mut site = Site::fig7().unwrap();
+    site.piles.truncate(2);
+    Ground::new(&Arc::new(site), Policy::default(), 16, chargers)
+}
+
+#[test]
+fn robots_that_strand_are_rescued_by_mobile_chargers_else_towed_and_none_is_forgotten() {
+    let faults = Faults::ALL.without(faults::Fault::Clock);
+    for (chargers, seed) in [(0, 1), (1, 2), (3, 3)] {
+        let outcome = trial(seed, 16, 90, faults).run(&overload(chargers));
+        let counts = outcome.tally.counts;
+        assert_eq!(outcome.failure, None, "{chargers} chargers");
+        assert!(counts.stranded_reachable + counts.stranded_unreachable > 0, "{counts:?}");
+        assert!(if chargers == 0 { counts.towed > 0 } else { counts.rescued > 0 }, "{counts:?}");
+        assert!(chargers > 0 || counts.rescued == 0, "{counts:?}");
+    }
+}
+
+#[test]
+fn a_robot_that_strands_and_is_not_in_the_book_is_found() {
+    let ground = overload(0);
+    let trial = trial(1, 16, 90, Faults::NONE);
+    let mut run = run::Run::new(&ground, &trial);
+    let stranded = |run: &run::Run<'_>| run.office.coordinator.state().stranded.first().copied();
+    while stranded(&run).is_none() {
+        let until = run.now.after(DurationMs(MINUTE));
+        run.run_until(until);
+        run.now = until;
+        assert!(run.now.0 < u64::from(90 * MINUTE), "nobody strands");
+    }
+    let robot = stranded(&run).unwrap();
+    run.office.coordinator = ground.coordinator.restarted([]);
+    let index = run.robot_index(robot).unwrap();
+    for _ in 0..70 {
+        run.now = run.now.after(DurationMs(1_000));
+        run.check_helped(index);
+    }
+    assert_eq!(run.breach, Some(breach::Breach::Forgotten { robot }));
 }

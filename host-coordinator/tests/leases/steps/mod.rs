@@ -1,5 +1,6 @@
 //! Single steps of the core: what a message means, and what follows from it.
 
+mod help;
 mod losing;
 mod piles;
 mod preemption;
@@ -48,6 +49,10 @@ impl Desk {
     }
 
     fn with_log(events: Vec<Event>) -> Self {
+        Self::with_robots(events, |robot| robot)
+    }
+
+    fn with_robots(events: Vec<Event>, of: impl Fn(RobotConfig) -> RobotConfig) -> Self {
         let site = Arc::new(Site::fig7().unwrap());
         let full = EnergyJ::new(10_000.0).unwrap();
         let robots: Vec<_> = (1..=3)
@@ -57,7 +62,9 @@ impl Desk {
                 full,
                 energy_per_metre_j: 10.0,
                 speed_mps: 0.5,
+                gives_w: None,
             })
+            .map(of)
             .collect();
         let coordinator =
             Coordinator::recover(Arc::clone(&site), site.lmpp(1.0), Policy::default(), &robots, &events);
