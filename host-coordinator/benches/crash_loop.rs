@@ -6,6 +6,7 @@
 #[path = "../tests/sockets/crash.rs"]
 mod crash;
 #[path = "../tests/sockets/udp_world.rs"]
+#[allow(dead_code)]
 mod udp_world;
 
 fn main() {

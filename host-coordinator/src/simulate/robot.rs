@@ -290,7 +290,13 @@ impl Robot {
         }
         self.mode = match self.mode {
             Mode::Working { .. } if sensed.energy_j <= self.alert_j => self.ask(now),
-            Mode::Stranded if !stuck && !sensed.contacts_live => self.ask(now),
+            Mode::Stranded if !stuck && !sensed.contacts_live => {
+                // It was on its way to a pile that is another's by now.
+                if !self.navigator.near_a_pile(sensed.position, CONTACT_M) {
+                    outputs.route = self.navigator.route_to_work(sensed.position);
+                }
+                self.ask(now)
+            }
             Mode::Working { until: None } if sensed.arrived && self.charger.is_some() => {
                 Mode::Working { until: Some(Millis(u64::MAX)) }
             }

@@ -1,4 +1,4 @@
-use protocol::{Unassigned, UnassignedReason};
+use protocol::{CommandId, RescuePhase, RobotId, Unassigned, UnassignedReason};
 
 use super::*;
 use crate::{
@@ -234,4 +234,84 @@ fn it_tells_what_a_whole_run_of_a_task_took_and_names_the_task_it_goes_on_with()
         _ => None,
     });
     assert_eq!(asked, Some((Some(task.id()), task.priority())));
+}
+
+#[test]
+fn a_stranded_robot_asks_anew_when_it_was_charged_or_moved_to_a_pile_and_not_before() {
+    for towed in [false, true] {
+        let (mut rig, first) = Rig::waiting();
+        rig.after(100, &[rig.assignment(first, PILE)]);
+        rig.sensed.energy_j = 0.0;
+        rig.after(100, &[]);
+        assert_eq!(rig.robot.activity(), Activity::Stranded);
+        let outputs = if towed {
+            (rig.sensed.position, rig.sensed.arrived) = (rig.dock(PILE), true);
+            rig.after(100, &[])
+        } else {
+            (rig.sensed.energy_j, rig.sensed.contacts_live) = (500.0, true);
+            assert_eq!(requests(&rig.after(10_000, &[])), [], "it is being charged");
+            rig.sensed.contacts_live = false;
+            let outputs = rig.after(100, &[]);
+            assert_ne!(outputs.route.as_ref().unwrap().back(), Some(&rig.dock(PILE)), "that is another's");
+            outputs
+        };
+        assert_eq!(requests(&outputs), [RequestId(first.0 + 1)]);
+        assert_eq!(rig.robot.activity(), Activity::Waiting);
+    }
+}
+
+/// A mobile charger that stands by where it is, and was sent to a robot.
+fn sent_charger() -> (Rig, Message, Outputs) {
+    let mut rig = Rig::new();
+    let charger = Charger::new(rig.sensed.position, 100.0, 50.0);
+    rig.robot = rig.robot.with_charger(charger);
+    rig.sensed.energy_j = 9_000.0;
+    rig.after(100, &[]);
+    let waypoints = [rig.sensed.position.into(), rig.dock(PILE).into()].into_iter().collect();
+    let (rescue, robot) = (CommandId(7), RobotId(1));
+    let energy = EnergyJ::new(1_000.0).unwrap();
+    let sent = Message::Rescue(Rescue { rescue, robot, energy, total: 2, first: 0, waypoints });
+    let outputs = rig.after(100, std::slice::from_ref(&sent));
+    (rig, sent, outputs)
+}
+
+fn phases(outputs: &Outputs) -> Vec<RescuePhase> {
+    let said = outputs.messages.iter().filter_map(|message| match message {
+        Message::RescueState(state) => Some(state.phase),
+        _ => None,
+    });
+    said.collect()
+}
+
+#[test]
+fn a_mobile_charger_drives_to_its_robot_gives_what_it_was_told_and_lets_go_when_it_is_told() {
+    let (mut rig, sent, outputs) = sent_charger();
+    assert_eq!(outputs.route.as_ref().unwrap().back(), Some(&rig.dock(PILE)));
+    assert!(outputs.moving && phases(&outputs) == [RescuePhase::Driving]);
+    assert_eq!(rig.after(100, std::slice::from_ref(&sent)).route, None, "a repeat");
+    (rig.sensed.arrived, rig.sensed.partner) = (true, true);
+    assert_eq!(phases(&rig.after(100, &[])), [RescuePhase::Charging]);
+    assert!(rig.robot.charger().unwrap().gives());
+    rig.after(9_000, &[]);
+    assert!(rig.robot.charger().unwrap().gives());
+    assert_eq!(phases(&rig.after(1_000, &[])), [RescuePhase::Done]);
+    assert!(!rig.robot.charger().unwrap().gives());
+    let nack = Nack { of: Reference::Command(CommandId(7)), reason: protocol::NackReason::Ended };
+    let outputs = rig.after(100, &[Message::Nack(nack)]);
+    assert!(outputs.route.is_some() && phases(&outputs).is_empty(), "it comes back");
+    assert_eq!(rig.after(100, &[sent]).route, None, "a late repeat");
+}
+
+#[test]
+fn a_mobile_charger_gives_up_where_its_robot_is_not_and_before_it_strands_itself() {
+    for found in [false, true] {
+        let (mut rig, ..) = sent_charger();
+        (rig.sensed.arrived, rig.sensed.partner) = (true, found);
+        rig.after(100, &[]);
+        if found {
+            rig.sensed.energy_j = 50.0;
+        }
+        let said: Vec<_> = (0..12).flat_map(|_| phases(&rig.after(1_000, &[]))).collect();
+        assert_eq!(said.last(), Some(&RescuePhase::GaveUp), "{said:?}");
+    }
 }
