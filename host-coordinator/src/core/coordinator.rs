@@ -158,8 +158,9 @@ impl Coordinator {
         self.withdraw_requests(&mut turn, &robots);
         let piles = self.concerned_piles(&turn);
         self.tend_leases(&mut turn, &piles);
+        self.tend_help(&mut turn);
         self.serve_queue(&mut turn);
-        self.send_help(&mut turn);
+        self.serve_helpless(&mut turn);
         let robots = self.concerned_robots(&turn);
         self.instruct_robots(&mut turn, &robots);
         turn.step

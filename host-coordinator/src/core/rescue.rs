@@ -158,14 +158,11 @@ impl Coordinator {
         }
     }
 
-    /// Does what is due for the robots that need help.
-    pub(super) fn send_help(&mut self, turn: &mut Turn) {
+    /// Does what is due for the robots that get help, and notes which others have stranded.
+    pub(super) fn tend_help(&mut self, turn: &mut Turn) {
         let helpless: Vec<_> = self.state.stranded.iter().copied().collect();
         for robot in helpless {
             self.want_help(turn, robot, Plight::Stranded);
-        }
-        if self.state.helps.is_empty() {
-            return;
         }
         let helped: Vec<_> = self.state.helps.iter().map(|(robot, help)| (*robot, *help)).collect();
         for (robot, help) in helped {
@@ -177,11 +174,6 @@ impl Coordinator {
                     None => self.tell_charger(turn, robot, sortie),
                 }
             }
-        }
-        let observed = &mut self.observed;
-        if observed.help_is_due || turn.now.since(observed.helped_at) >= limits::REPEAT_INTERVAL {
-            (observed.help_is_due, observed.helped_at) = (false, turn.now);
-            self.serve_helpless(turn);
         }
     }
 
@@ -212,8 +204,8 @@ impl Coordinator {
         self.record(turn, Fact::HelpEnded { robot, why });
         if !matches!(why, HelpEnd::NotNeeded) {
             self.observed.robots.entry(robot).or_default().helped_at = Some(turn.now);
+            self.observed.queue_is_due = true;
         }
-        self.observed.queue_is_due = true;
         self.observed.help_is_due = true;
     }
 
@@ -222,8 +214,14 @@ impl Coordinator {
         turn.warn(format!("robot {robot} has to be towed: {why}; say so on the dashboard when it was moved"));
     }
 
-    /// Finds a charger for every robot in the queue, those first who have waited longest.
-    fn serve_helpless(&mut self, turn: &mut Turn) {
+    /// Finds a charger for every robot in the queue, those first who have waited longest, at every change and
+    /// every second.
+    pub(super) fn serve_helpless(&mut self, turn: &mut Turn) {
+        let observed = &mut self.observed;
+        if !observed.help_is_due && turn.now.since(observed.helped_at) < limits::REPEAT_INTERVAL {
+            return;
+        }
+        (observed.help_is_due, observed.helped_at) = (false, turn.now);
         let queued = self.state.helps.iter().filter(|(_, help)| matches!(help.stage, HelpStage::Queued));
         let mut queued: Vec<_> = queued.map(|(robot, help)| (help.since, *robot, help.position)).collect();
         queued.sort_by_key(|(since, robot, _)| (*since, *robot));

@@ -16,8 +16,8 @@
 //! by and to help others ([`charger`](super::charger)).
 
 use protocol::{
-    Activity, Assignment, ChargeRequest, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, Nack, PileId,
-    Reference, RequestId, Rescue, RobotState, limits,
+    Activity, Assignment, ChargeRequest, CommandId, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, Nack,
+    PileId, Reference, RequestId, Rescue, RobotState, limits,
 };
 
 use super::{
@@ -200,9 +200,7 @@ impl Robot {
                 }
                 Message::Rescue(part) => self.set_out(part, sensed, &mut outputs),
                 Message::Nack(Nack { of: Reference::Command(rescue), .. }) => {
-                    if self.charger.as_mut().is_some_and(|charger| charger.let_go(*rescue)) {
-                        self.mode = self.go_to_work(sensed, &mut outputs);
-                    }
+                    self.let_go(*rescue, sensed, &mut outputs);
                 }
                 _ => {}
             }
@@ -266,6 +264,13 @@ impl Robot {
         route.extend(waypoints);
         outputs.route = Some(route);
         self.mode = Mode::Rescuing;
+    }
+
+    /// A mobile charger's robot needs it no more.
+    fn let_go(&mut self, rescue: CommandId, sensed: &Sensed, outputs: &mut Outputs) {
+        if self.charger.as_mut().is_some_and(|charger| charger.let_go(rescue)) {
+            self.mode = self.go_to_work(sensed, outputs);
+        }
     }
 
     /// Whether its battery is empty and it stands where nothing charges it.

@@ -1,4 +1,4 @@
-use protocol::{CommandId, RescuePhase, RobotId, Unassigned, UnassignedReason};
+use protocol::{RescuePhase, RobotId, Unassigned, UnassignedReason};
 
 use super::*;
 use crate::{

@@ -18,9 +18,11 @@ fn every_run_and_the_sum_have_the_same_figures() {
         "lost_requests",
         "preempted",
         "requests",
+        "rescued",
         "seed",
         "stranded_reachable",
         "stranded_unreachable",
+        "towed",
         "wait_s",
         "working_share",
     ];
