@@ -108,7 +108,9 @@ impl Coordinator {
     /// A pile is in reach of a robot that asks: it needs no help, unless it gets some just now.
     pub(super) fn call_help_off(&mut self, turn: &mut Turn, robot: RobotId) {
         if self.state.helps.get(&robot).is_some_and(|help| !help.is_charging()) {
-            self.end_help(turn, robot, HelpEnd::NotNeeded);
+            // The queue is being served.
+            self.record(turn, Fact::HelpEnded { robot, why: HelpEnd::NotNeeded });
+            self.observed.help_is_due = true;
         }
     }
 
@@ -204,8 +206,8 @@ impl Coordinator {
         self.record(turn, Fact::HelpEnded { robot, why });
         if !matches!(why, HelpEnd::NotNeeded) {
             self.observed.robots.entry(robot).or_default().helped_at = Some(turn.now);
-            self.observed.queue_is_due = true;
         }
+        self.observed.queue_is_due = true;
         self.observed.help_is_due = true;
     }
 
