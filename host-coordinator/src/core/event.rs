@@ -325,6 +325,8 @@ pub enum Freed {
     Late,
     /// It has stranded itself.
     Stranded,
+    /// It needs a charge itself.
+    Asks,
 }
 
 /// Why a robot has to be towed.

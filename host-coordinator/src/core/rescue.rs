@@ -189,6 +189,8 @@ impl Coordinator {
     fn reason_to_free(&self, sortie: &Sortie, now: SiteMillis) -> Option<Freed> {
         if self.state.stranded.contains(&sortie.charger) {
             Some(Freed::Stranded)
+        } else if self.state.requests.contains_key(&sortie.charger) {
+            Some(Freed::Asks)
         } else {
             (now > sortie.until).then_some(Freed::Late)
         }

@@ -160,6 +160,13 @@ fn chargers_that_fail_three_times_are_followed_by_a_tow() {
 }
 
 #[test]
+fn a_charger_that_needs_a_charge_itself_is_not_waited_for() {
+    let mut desk = Desk::stranded(true);
+    desk.ask_from(CHARGER, 1, desk.beside(PileId(5)), 20_000.0);
+    assert_eq!((desk.help(), desk.state().helps[&ROBOT].failures), (Some(HelpStage::Queued), 1));
+}
+
+#[test]
 fn a_charger_that_does_not_come_in_time_is_given_up() {
     let mut desk = Desk::stranded(true);
     let first = desk.sortie();
