@@ -78,6 +78,7 @@ impl Scene {
                 full: EnergyJ::clamped(FULL_J),
                 energy_per_metre_j: 10.0,
                 speed_mps: 1.0,
+                gives_w: None,
             })
             .collect();
         let policy = Policy { choose: PolicyName::Access, ..Policy::default() };
