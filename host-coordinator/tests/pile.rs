@@ -150,7 +150,10 @@ fn a_pile_with_keys_is_asked_everything_in_one_second_after_another() {
     let address = pile(provisioned(device, site), FaultSet::EMPTY, |_| {});
     let ask = |what| json(chargehand(address, Some(folder.path()), &[what]));
     let status = ask("status");
-    assert_eq!((&status["pile"], &status["state"]["availability"]), (&3.into(), &"free".into()));
+    assert_eq!(status["pile"], 3);
+    // Before and after its reader has seen the robot that stands there.
+    let availability = status["state"]["availability"].as_str();
+    assert!(matches!(availability, Some("free" | "done")), "{status}");
     let volts = status["readings"]["voltage_v"].as_f64().unwrap();
     assert!((20.0..30.0).contains(&volts), "{status}");
     assert_eq!(status["readings"]["contactor_closed"], false);
@@ -161,7 +164,7 @@ fn a_pile_with_keys_is_asked_everything_in_one_second_after_another() {
     assert_eq!(passes["passes"][0]["tag"], TAG.to_string(), "{passes}");
     assert_eq!(passes["passes"][0]["period"], Value::Null, "nobody told it the time");
     let told = text(chargehand(address, Some(folder.path()), &["status"]));
-    assert!(told.contains("pile            3, free") && told.contains(" V\n"), "{told}");
+    assert!(told.contains("pile            3, ") && told.contains(" V\n"), "{told}");
     assert!(!told.contains('\x1b'), "colours are for terminals");
 }
 

@@ -74,6 +74,7 @@ async fn the_state_has_the_promised_form() {
         [
             "at",
             "availability",
+            "contradiction",
             "elapsed_s",
             "energised",
             "faults",

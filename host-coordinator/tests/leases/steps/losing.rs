@@ -78,6 +78,7 @@ fn a_robot_that_falls_silent_is_recorded_and_its_lease_runs_out_unless_it_arrive
     desk.hears_for(12, |desk| desk.pile_says(P, Availability::Reserved, Some(lease)));
     assert_eq!(desk.has(&Fact::FellSilent { who }), 1);
     let extended = |desk: &Desk| desk.state().lease(P).unwrap().expiry;
+    desk.hears_for(60, |desk| desk.pile_says(P, Availability::Reserved, Some(lease)));
     let expiry = extended(&desk);
     desk.hears_for(60, |desk| desk.pile_says(P, Availability::Reserved, Some(lease)));
     assert_eq!(extended(&desk), expiry, "nobody extends it");
