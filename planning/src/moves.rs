@@ -86,9 +86,14 @@ impl MoveSet {
 
 /// Whether a robot may move from `from` by `step`: the corner rule.
 #[must_use]
-pub fn allowed(grid: &Grid, from: Cell, (dx, dy): Step) -> bool {
+pub fn allowed(grid: &Grid, from: Cell, step: Step) -> bool {
+    bounds(from, step).all(|cell| grid.is_free(cell))
+}
+
+/// The cells of a move's bounding rectangle.
+pub(crate) fn bounds(from: Cell, (dx, dy): Step) -> impl Iterator<Item = Cell> {
     let corner = from.offset(dx.min(0), dy.min(0));
-    (0..=dy.abs()).all(|row| (0..=dx.abs()).all(|column| grid.is_free(corner.offset(column, row))))
+    (0..=dy.abs()).flat_map(move |row| (0..=dx.abs()).map(move |column| corner.offset(column, row)))
 }
 
 /// An exact length: how many moves of each kind. Lengths order by [`Self::units`].

@@ -200,11 +200,11 @@ mod tests {
             let empty = Lot::parked(size, 0, 1);
             let ways =
                 Dijkstra::new(empty.grid(), MoveSet::Eight).ways(empty.cabin(), &[], &mut workspace).unwrap();
-            assert!(spaces().flat_map(|space| empty.cells(space)).all(|cell| ways.length_to(cell).is_some()));
+            assert!(spaces().flat_map(|space| empty.cells(space)).all(|cell| ways.leads_to(cell)));
             let full = Lot::parked(size, 49, 1);
             let ways =
                 Dijkstra::new(full.grid(), MoveSet::Eight).ways(full.cabin(), &[], &mut workspace).unwrap();
-            assert!(spaces().all(|space| ways.length_to(full.stop(space)).is_some()));
+            assert!(spaces().all(|space| ways.leads_to(full.stop(space))));
         }
     }
 

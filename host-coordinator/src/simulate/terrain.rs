@@ -99,7 +99,7 @@ fn places_of_work(site: &Site) -> Vec<Cell> {
         let point = Point::from(site.position(*cell));
         piles.iter().all(|pile| pile.distance_m(point) >= KEEP_CLEAR_M)
     };
-    site.grid.free_cells().filter(clear).filter(|&cell| ways.length_to(cell).is_some()).collect()
+    site.grid.free_cells().filter(clear).filter(|&cell| ways.leads_to(cell)).collect()
 }
 
 #[cfg(test)]

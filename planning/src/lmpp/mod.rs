@@ -177,12 +177,14 @@ impl Lmpp {
     /// How a robot in the opening of a closed door leaves it: the length of the whole way, and the first
     /// move.
     fn way_out(&self, from: Cell, field: usize) -> Option<(Length, Step)> {
-        if self.fields.grid().is_free(from) || !self.grid.is_free(from) {
+        let grid = self.fields.grid();
+        if grid.is_free(from) || !self.grid.is_free(from) {
             return None;
         }
-        let mut grid = self.fields.grid().clone();
-        grid.set(from, true);
-        let steps = self.fields.moves().steps().iter().filter(|&&step| moves::allowed(&grid, from, step));
+        // As [`moves::allowed`] would say if the robot's own cell were free.
+        let is_allowed =
+            |&&step: &&Step| moves::bounds(from, step).all(|cell| cell == from || grid.is_free(cell));
+        let steps = self.fields.moves().steps().iter().filter(is_allowed);
         let ways = (0..).zip(steps).filter_map(|(number, &step)| {
             let rest = self.fields.length(from.offset(step.0, step.1), field)?;
             Some((Length::of(step) + rest, number, step))

@@ -77,7 +77,13 @@ impl Ways<'_> {
         Some(path.reversed())
     }
 
-    /// The length of the shortest path to `cell`; `None` if there is none.
+    /// Whether there is a path to `cell`; unlike its length that needs no walk along it.
+    #[must_use]
+    pub fn leads_to(&self, cell: Cell) -> bool {
+        self.workspace.is_expanded(self.grid, cell)
+    }
+
+    /// The length of the shortest path to `cell`, which is walked for it; `None` if there is none.
     #[must_use]
     pub fn length_to(&self, cell: Cell) -> Option<Length> {
         Some(self.steps_back(cell)?.map(Length::of).sum())
@@ -99,6 +105,6 @@ impl Ways<'_> {
 
     fn steps_back(&self, cell: Cell) -> Option<impl Iterator<Item = Step> + '_> {
         // What was reached and not expanded may have a shorter way.
-        self.workspace.is_expanded(self.grid, cell).then(|| self.workspace.steps_back(self.grid, cell))
+        self.leads_to(cell).then(|| self.workspace.steps_back(self.grid, cell))
     }
 }
