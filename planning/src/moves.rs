@@ -68,18 +68,19 @@ impl MoveSet {
     }
 
     /// The moves of that way, each with how often: the finer ones (diagonal of 8, knight's of 16), the others.
-    pub(crate) fn open_way(self, dx: i32, dy: i32) -> [(Step, u32); 2] {
+    #[inline]
+    pub(crate) const fn open_way(self, dx: i32, dy: i32) -> [(Step, u32); 2] {
         let (x, y) = (dx.signum(), dy.signum());
-        let is_wide = dx.abs() > dy.abs();
-        let along = if is_wide { (x, 0) } else { (0, y) };
-        let Length { straight, diagonal, knight } = self.open_length(dx, dy);
+        let (columns, rows) = (dx.unsigned_abs(), dy.unsigned_abs());
+        let (along, finer, long, short) = if columns > rows {
+            ((x, 0), (2 * x, y), columns, rows)
+        } else {
+            ((0, y), (x, 2 * y), rows, columns)
+        };
         match self {
-            Self::Eight => [((x, y), diagonal), (along, straight)],
-            Self::Sixteen => {
-                let finer = if is_wide { (2 * x, y) } else { (x, 2 * y) };
-                let other = if straight > 0 { (along, straight) } else { ((x, y), diagonal) };
-                [(finer, knight), other]
-            }
+            Self::Eight => [((x, y), short), (along, long - short)],
+            Self::Sixteen if long >= 2 * short => [(finer, short), (along, long - 2 * short)],
+            Self::Sixteen => [(finer, long - short), ((x, y), 2 * short - long)],
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What sees what on a map.
 
 use super::{
+    slanted::Slanted,
     subgoals::Subgoals,
     turns::{RING, number},
 };
@@ -9,39 +10,45 @@ use crate::{
     moves::{Cost, MoveSet, Step},
 };
 
-/// By move set, the directions of the finer moves (diagonal of 8, knight's of 16), each after the first of the
-/// two others that it is between.
-const fn sectors(moves: MoveSet) -> (usize, usize) {
-    match moves {
-        MoveSet::Eight => (4, 4),
-        MoveSet::Sixteen => (8, 2),
-    }
-}
-
 impl Subgoals {
     /// Tells of every subgoal that the free cell `from` sees, and how far it is.
+    pub(super) fn sight(&self, from: Cell, see: impl FnMut(u32, Cost)) {
+        match &self.slanted {
+            None => self.look_around::<4>(from, &Eight(self), see),
+            Some(slanted) => self.look_around::<8>(from, slanted, see),
+        }
+    }
+
+    /// Looks into all sectors: between each of the `OTHERS` moves that are not finer (straight of 8, straight
+    /// and diagonal of 16) and the next one there is a finer one.
     ///
     /// Every sector between a finer move and another is a stack of lines by the other that start on a line by
     /// the finer. None reaches farther than the one before it: beyond is a blocked cell or a subgoal.
-    pub(super) fn sight(&self, from: Cell, mut see: impl FnMut(u32, Cost)) {
-        let moves = self.moves();
-        let (count, width) = sectors(moves);
+    #[inline]
+    fn look_around<const OTHERS: usize>(
+        &self,
+        from: Cell,
+        allowed: &impl Allowed,
+        mut see: impl FnMut(u32, Cost),
+    ) {
+        let moves = if OTHERS == 4 { MoveSet::Eight } else { MoveSet::Sixteen };
+        let width = 16 / OTHERS;
         let mut stop = |end: Cell| {
             if let Some(number) = self.number_at(end) {
                 see(number, moves.open_length(end.x - from.x, end.y - from.y).cost());
             }
         };
-        let mut limits = [i32::MAX; 8];
-        for (sector, limit) in limits[..count].iter_mut().enumerate() {
-            self.look(from, sector * width, limit).into_iter().for_each(&mut stop);
+        let mut limits = [i32::MAX; OTHERS];
+        for (sector, limit) in limits.iter_mut().enumerate() {
+            self.look(from, sector * width, limit, allowed).into_iter().for_each(&mut stop);
         }
-        for sector in 0..count {
-            let [one, other] = [sector, (sector + 1) % count];
+        for sector in 0..OTHERS {
+            let [one, other] = [sector, (sector + 1) % OTHERS];
             let [mut to_one, mut to_other] = [limits[one], limits[other]];
             let finer = sector * width + width / 2;
             let (dx, dy) = RING[finer];
             let mut cell = from;
-            while self.allows(cell, finer) {
+            while allowed.allows(cell, finer) {
                 cell = cell.offset(dx, dy);
                 if self.stops(cell) {
                     // It hides what is behind it.
@@ -49,10 +56,10 @@ impl Subgoals {
                     break;
                 }
                 if to_one > 0 {
-                    self.look(cell, one * width, &mut to_one).into_iter().for_each(&mut stop);
+                    self.look(cell, one * width, &mut to_one, allowed).into_iter().for_each(&mut stop);
                 }
                 if to_other > 0 {
-                    self.look(cell, other * width, &mut to_other).into_iter().for_each(&mut stop);
+                    self.look(cell, other * width, &mut to_other, allowed).into_iter().for_each(&mut stop);
                 }
             }
         }
@@ -60,7 +67,7 @@ impl Subgoals {
 
     /// Where a line stops, unless beyond its `limit`, which becomes what is before.
     #[inline]
-    fn look(&self, cell: Cell, direction: usize, limit: &mut i32) -> Option<Cell> {
+    fn look(&self, cell: Cell, direction: usize, limit: &mut i32, allowed: &impl Allowed) -> Option<Cell> {
         let distance = self.scan(cell, direction, *limit);
         if distance > *limit {
             return None;
@@ -69,7 +76,7 @@ impl Subgoals {
         let (dx, dy) = RING[direction];
         let before = cell.offset(dx * (distance - 1), dy * (distance - 1));
         // A diagonal may not lead to where it stops, though that is free.
-        (dx == 0 || dy == 0 || self.allows(before, direction)).then(|| before.offset(dx, dy))
+        (is_straight(direction) || allowed.allows(before, direction)).then(|| before.offset(dx, dy))
     }
 
     /// The first of the two moves of a free way from `from` to `to` as long as if nothing were
@@ -86,26 +93,62 @@ impl Subgoals {
         free(to, &Leg::new(self.moves(), to, from)).then_some(Turn::FinerLast)
     }
 
-    fn run_is_free(&self, mut cell: Cell, (step, count): (Step, u32)) -> bool {
+    fn run_is_free(&self, cell: Cell, (step, count): (Step, u32)) -> bool {
         if count == 0 {
             return true;
         }
         let direction = number(step);
-        let straight = step.0 == 0 || step.1 == 0;
+        if is_straight(direction) {
+            return self.straight_run_is_free(cell, direction, count);
+        }
+        let cells = (0..count as i32).map(|along| cell.offset(step.0 * along, step.1 * along));
+        match &self.slanted {
+            None => cells.into_iter().all(|cell| Eight(self).allows(cell, direction)),
+            Some(slanted) => cells.into_iter().all(|cell| slanted.allows(cell, direction)),
+        }
+    }
+
+    fn straight_run_is_free(&self, mut cell: Cell, direction: usize, count: u32) -> bool {
+        let (dx, dy) = RING[direction];
         let mut left = count as i32;
         while left > 0 {
-            let distance = if straight { self.scan(cell, direction, left) } else { 1 };
-            if !straight && !self.allows(cell, direction) {
-                return false;
-            }
+            let distance = self.scan(cell, direction, left);
             left -= distance;
-            cell = cell.offset(step.0 * distance, step.1 * distance);
+            cell = cell.offset(dx * distance, dy * distance);
             // A subgoal is passed, a blocked cell is not.
-            if straight && left >= 0 && self.is_blocked(cell) {
+            if left >= 0 && self.is_blocked(cell) {
                 return false;
             }
         }
         true
+    }
+}
+
+const fn is_straight(direction: usize) -> bool {
+    direction.is_multiple_of(4)
+}
+
+/// Which moves that are not straight a robot may make from a free cell.
+trait Allowed {
+    fn allows(&self, cell: Cell, direction: usize) -> bool;
+}
+
+/// The diagonal ones.
+struct Eight<'a>(&'a Subgoals);
+
+impl Allowed for Eight<'_> {
+    #[inline]
+    fn allows(&self, Cell { x, y }: Cell, direction: usize) -> bool {
+        let (dx, dy) = RING[direction];
+        let is_blocked = |dx, dy| self.0.is_blocked(Cell { x: x + dx, y: y + dy });
+        !(is_blocked(dx, 0) || is_blocked(0, dy) || is_blocked(dx, dy))
+    }
+}
+
+impl Allowed for Slanted {
+    #[inline]
+    fn allows(&self, cell: Cell, direction: usize) -> bool {
+        self.allows(cell, direction)
     }
 }
 

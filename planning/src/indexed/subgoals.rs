@@ -8,7 +8,7 @@
 //! ICAPS 2013, with the corner rule of [`crate::moves`]). What holds for 8 moves holds for 16, too, for where
 //! two moves may not change places, the cell between them is at a corner.
 
-use super::{lines::Lines, slanted::Slanted, turns::RING};
+use super::{lines::Lines, slanted::Slanted};
 use crate::{
     grid::{Cell, Grid},
     moves::MoveSet,
@@ -28,7 +28,7 @@ pub(super) struct Subgoals {
     /// The same by columns.
     columns: Lines,
     /// With 16 neighbours.
-    slanted: Option<Slanted>,
+    pub(super) slanted: Option<Slanted>,
     /// By cell, [`NONE`] where none is.
     numbers: Vec<u32>,
     cells: Vec<Cell>,
@@ -96,6 +96,7 @@ impl Subgoals {
     }
 
     /// How far from `cell` the next stop in a direction is that is no finer one; more than `limit` if farther.
+    #[inline]
     pub(super) fn scan(&self, cell: Cell, direction: usize, limit: i32) -> i32 {
         match direction {
             0 => self.rows.after(cell.x, cell.y, limit),
@@ -104,17 +105,6 @@ impl Subgoals {
             12 => self.columns.before(cell.y, cell.x, limit),
             _ => self.slanted.as_ref().map_or(1, |slanted| slanted.scan(cell, direction, limit)),
         }
-    }
-
-    /// Whether a robot may move from a free cell in a direction that is not straight.
-    pub(super) fn allows(&self, cell: Cell, direction: usize) -> bool {
-        if let Some(slanted) = &self.slanted {
-            return slanted.allows(cell, direction);
-        }
-        let (Cell { x, y }, (dx, dy)) = (cell, RING[direction]);
-        !(self.blocked.stops(x + dx, y)
-            || self.blocked.stops(x, y + dy)
-            || self.blocked.stops(x + dx, y + dy))
     }
 
     /// Whether a cell is blocked or a subgoal.
