@@ -55,7 +55,7 @@ pub enum To {
     Coordinator,
     /// A person's tool.
     Service,
-    /// All other piles.
+    /// All other piles, and the robots that have the site's key.
     Peers,
     /// Who sent a [`Provision`](protocol::Provision), whoever that is.
     Provisioner,

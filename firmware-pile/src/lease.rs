@@ -5,6 +5,10 @@
 //! expiry, fault, revocation or the robot's departure, once, and its number is never accepted
 //! again. There is at most one.
 //!
+//! While no coordinator is heard the pile may make a lease for itself, for a robot that claims it
+//! ([`Leases::claim`]). It has the epoch that is known and a number of its own kind, and is a lease like any
+//! other: the coordinator that is back extends or revokes it.
+//!
 //! # Expiry and a lost coordinator
 //! Before the robot has arrived the lease ends at its expiry. A charge under way has to tell a
 //! coordinator that chose not to extend the lease from one that is lost, because without a
@@ -12,12 +16,12 @@
 //! time every few seconds, and the charge ends [`EXTENSION_GRACE`] after the coordinator is first heard
 //! past the expiry, unless it extends the lease in between. A coordinator that comes back has the
 //! grace to take its leases over; while it stays silent the charge runs to its planned end and no
-//! further. Nothing new is granted without it.
+//! further.
 
 use heapless::HistoryBuf;
 use protocol::{
-    CommandHead, DurationMs, EndReason, EndedLease, Epoch, Grant, LeaseId, LeaseRef, Millis, NackReason,
-    Revoke, SiteMillis, TagId,
+    ClaimPile, CommandHead, DurationMs, EndReason, EndedLease, Epoch, Grant, LeaseId, LeaseRef, Millis,
+    NackReason, Revoke, RobotId, SiteMillis, TagId, limits,
 };
 
 use crate::charge::Charge;
@@ -72,6 +76,16 @@ pub struct Place {
     pub faulted: bool,
     /// Whether another robot than the grant's stands at the contacts.
     pub occupied: bool,
+}
+
+impl Place {
+    fn is_free(self) -> Answer {
+        match self {
+            Self { faulted: true, .. } => Err(NackReason::Faulted),
+            Self { occupied: true, .. } => Err(NackReason::Occupied),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// What ends a lease besides its own time.
@@ -168,12 +182,7 @@ impl Leases {
             if let Some(lease) = &mut leases.current {
                 return extend(lease, grant);
             }
-            if place.faulted {
-                return Err(NackReason::Faulted);
-            }
-            if place.occupied {
-                return Err(NackReason::Occupied);
-            }
+            place.is_free()?;
             leases.current = Some(Lease {
                 name: grant.lease,
                 tag: grant.tag,
@@ -184,6 +193,37 @@ impl Leases {
             });
             Ok(())
         })
+    }
+
+    /// Gives the pile to a robot that claims it, under the number `id`; `planned` is the time its charge would
+    /// take. Whether claims are served now is for the caller to know. A robot that has the lease already keeps
+    /// it as it is.
+    ///
+    /// # Errors
+    /// Why the claim is refused.
+    pub fn claim(
+        &mut self,
+        id: LeaseId,
+        robot: RobotId,
+        claim: &ClaimPile,
+        planned: DurationMs,
+        place: Place,
+    ) -> Answer {
+        if let Some(Lease { name, tag, .. }) = self.current {
+            let has_it = name.robot == robot && tag == claim.tag;
+            return if has_it { Ok(()) } else { Err(NackReason::Held { by: name }) };
+        }
+        let site_now = place.site_now.ok_or(NackReason::ClockUnknown)?;
+        place.is_free()?;
+        self.current = Some(Lease {
+            name: LeaseRef { epoch: self.highest_epoch, lease: id, robot },
+            tag: claim.tag,
+            expiry: site_now.after(claim.within.min(limits::LONGEST_CLAIM)),
+            planned,
+            charge: None,
+            heard_past_expiry: None,
+        });
+        Ok(())
     }
 
     /// Ends the lease that is named; one that is not held counts as ended from then on.

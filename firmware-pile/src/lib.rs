@@ -28,6 +28,7 @@
 //! | [`io`] | what goes into a step, and what comes out |
 //! | [`parameters`] | what differs from pile to pile |
 //! | [`lease`] | who may use the pile, and which commands are obeyed |
+//! | [`claims`] | whether the pile may give itself to a robot: only while no coordinator is heard |
 //! | [`charge`] | how long a charge takes and how much of it is left (LMPP eqs. 1, 2) |
 //! | [`safety`] | whether the contacts may be live, and how they become so and stop being so |
 //! | [`faults`] | what is wrong, since when, and what of it has to be told and cleared |
@@ -52,6 +53,7 @@
 #[cfg(all(target_arch = "arm", target_os = "none"))]
 pub mod board;
 pub mod charge;
+pub mod claims;
 pub mod device;
 pub mod faults;
 pub mod gossip;

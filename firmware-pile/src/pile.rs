@@ -10,13 +10,14 @@ use firmware_common::{
     reader::TagRead,
 };
 use protocol::{
-    Ack, Availability, ClearFault, CommandId, CurrentA, DeviceId, DurationMs, EndReason, FaultCode,
+    Ack, Availability, ClearFault, CommandId, CurrentA, DeviceId, DurationMs, EndReason, EnergyJ, FaultCode,
     FrameError, Message, Millis, Nack, NackReason, PileRow, PileState, Provision, Reference, SiteMillis,
     TagId,
 };
 
 use crate::{
     charge::{self, Charge},
+    claims::Claims,
     faults::{FaultSet, Faults},
     gossip::Gossip,
     io::{Input, Messages, Outgoing, Outputs, Records, To},
@@ -31,6 +32,7 @@ use crate::{
     voice::Voice,
 };
 
+mod claiming;
 mod service;
 
 use service::Telling;
@@ -66,6 +68,7 @@ pub struct ChargingPile {
     /// Whether the last word before the mains are gone was said.
     farewell: bool,
     telling: Telling,
+    claims: Claims,
 }
 
 impl ChargingPile {
@@ -116,6 +119,7 @@ impl ChargingPile {
             cleared: None,
             farewell: false,
             telling: Telling::Nothing,
+            claims: Claims::new(),
         }
     }
 
@@ -255,13 +259,21 @@ impl ChargingPile {
                     }
                 }
                 DeviceId::Service => self.hear_service(&frame.message, messages),
-                DeviceId::Robot(_) | DeviceId::Chassis(_) | DeviceId::Factory => {}
+                DeviceId::Robot(robot) => {
+                    if let Message::ClaimPile(claim) = &frame.message
+                        && claim.pile == self.parameters.pile
+                    {
+                        self.hear_claim(robot, claim, messages);
+                    }
+                }
+                DeviceId::Chassis(_) | DeviceId::Factory => {}
             },
         }
     }
 
     fn hear_coordinator(&mut self, message: &Message, messages: &mut Messages) {
         self.leases.coordinator_heard(self.now, self.clock.site_now(self.now));
+        self.claims.coordinator_heard(self.now);
         match message {
             Message::Hello(hello) => {
                 self.leases.see_epoch(hello.epoch);
@@ -271,13 +283,7 @@ impl ChargingPile {
                 }
             }
             Message::Grant(grant) => {
-                let place = Place {
-                    site_now: self.clock.site_now(self.now),
-                    faulted: !self.faults.standing().is_empty() || self.provisioning.is_over(),
-                    occupied: self.is_taken_from(grant.tag),
-                };
-                let Parameters { power_w, eta, .. } = self.parameters;
-                let planned = charge::planned_time([grant.energy], power_w, eta);
+                let (planned, place) = (self.planned(grant.energy), self.place(grant.tag));
                 let answer = self.leases.grant(grant, planned, place);
                 say(messages, To::Coordinator, answered(Reference::Command(grant.head.id), answer));
             }
@@ -287,9 +293,24 @@ impl ChargingPile {
             }
             Message::ClearFault(command) => self.clear_fault(DeviceId::Coordinator, *command, messages),
             Message::TimeSync(sync) => self.clock.accept(self.now, sync),
+            Message::ClaimRule(rule) => self.claims.allow(rule.allowed),
             Message::Ack(Ack { of: Reference::Report(report) }) => self.reports.acknowledged(*report),
             Message::PileTable(table) => self.hear_table(table),
             _ => {}
+        }
+    }
+
+    /// How long a charge of so much energy takes (LMPP eq. 2).
+    fn planned(&self, energy: EnergyJ) -> DurationMs {
+        let Parameters { power_w, eta, .. } = self.parameters;
+        charge::planned_time([energy], power_w, eta)
+    }
+
+    fn place(&self, tag: TagId) -> Place {
+        Place {
+            site_now: self.clock.site_now(self.now),
+            faulted: !self.faults.standing().is_empty() || self.provisioning.is_over(),
+            occupied: self.is_taken_from(tag),
         }
     }
 

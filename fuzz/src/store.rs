@@ -152,7 +152,7 @@ fn record(kind: u8, value: u8) -> Record {
         0 => Record::Identity(identity()),
         1 => Record::Epoch(Epoch(number)),
         2 => Record::Latched(FaultSet::from_bits(number)),
-        3 => Record::Counters(Counters { charges: number, live_s: number }),
+        3 => Record::Counters(Counters { charges: number, live_s: number, claims: number }),
         4 => Record::Waiting(slot, if value < 0x80 { charge(1, number) } else { passes(1, number) }),
         _ => Record::Acknowledged(slot),
     }

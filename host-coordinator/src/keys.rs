@@ -13,7 +13,7 @@
 //! ```
 //! Whoever has it can command the site: only its owner may read it, which is seen to when it is
 //! written and checked when it is read. A robot's computer gets a file of the same form with its own
-//! key alone. No key is ever printed.
+//! key and, as `claims`, the site's, by which it claims piles. No key is ever printed.
 
 use std::{
     collections::BTreeMap,
@@ -37,6 +37,8 @@ const MODE: u32 = 0o600;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Keys {
     site: Option<Key>,
+    /// Whether the site's key is that of one device alone, which claims piles by it.
+    one: bool,
     devices: BTreeMap<DeviceId, Key>,
 }
 
@@ -78,8 +80,8 @@ impl Keys {
             return Err(Diagnostics::one(file, mistake));
         }
         document::read(file, fs::read_to_string(file), |_, mut root| {
-            // A file without it is a robot's.
             let site = key(&mut root, "site", false);
+            let of_a_robot = key(&mut root, "claims", false);
             let mut devices = BTreeMap::new();
             let pile = |number| DeviceId::Pile(PileId(number));
             for mut section in root.tables("pile") {
@@ -89,7 +91,7 @@ impl Keys {
             for mut section in root.tables("robot") {
                 device(&mut section, &mut devices, robot);
             }
-            Some(Self { site, devices })
+            Some(Self { site: site.or(of_a_robot), one: site.is_none() && of_a_robot.is_some(), devices })
         })
     }
 
@@ -135,7 +137,7 @@ impl Keys {
     /// Whether they are a site's and not those of a robot.
     #[must_use]
     pub const fn is_a_site_s(&self) -> bool {
-        self.site.is_some()
+        self.site.is_some() && !self.one
     }
 
     /// The site's key, made now if there is none.
@@ -168,11 +170,14 @@ impl Keys {
         self.devices.get(&device).copied()
     }
 
-    /// The keys that `device` itself has: its own and, if it is a pile, the site's.
+    /// The keys that `device` itself has: its own and the site's.
     #[must_use]
     pub fn only(&self, device: DeviceId) -> Self {
-        let site = self.site.filter(|_| matches!(device, DeviceId::Pile(_)));
-        Self { site, devices: self.of(device).map(|key| (device, key)).into_iter().collect() }
+        Self {
+            site: self.site,
+            one: self.site.is_some(),
+            devices: self.of(device).map(|key| (device, key)).into_iter().collect(),
+        }
     }
 
     /// The coordinator's sessions with all devices that have a key.
@@ -196,7 +201,7 @@ impl Keys {
     /// What `device` trusts: the coordinator, by the key that they share.
     #[must_use]
     pub fn trust_of(&self, device: DeviceId) -> Trust<Vec<Session>> {
-        let Self { site, devices } = self.only(device);
+        let Self { site, devices, .. } = self.only(device);
         let peers = devices.into_values().map(|key| Session::new(DeviceId::Coordinator, key)).collect();
         Trust::Keys { site, peers }
     }
@@ -205,7 +210,7 @@ impl Keys {
         let mut toml = String::from("# Secret: who has this file can command the site.\n");
         let hex = |key: &Key| key.expose().iter().fold(String::new(), |hex, byte| format!("{hex}{byte:02x}"));
         if let Some(site) = &self.site {
-            let _ = writeln!(toml, "site = \"{}\"", hex(site));
+            let _ = writeln!(toml, "{} = \"{}\"", if self.one { "claims" } else { "site" }, hex(site));
         }
         for (device, key) in &self.devices {
             let (table, number) = match device {
@@ -356,7 +361,7 @@ mod tests {
         assert_eq!(keys.make(PILE).unwrap(), pile);
         assert!(pile != robot && pile != site && robot != site);
         let (of_robot, of_pile) = (keys.only(ROBOT), keys.only(PILE));
-        assert_eq!((of_robot.of(ROBOT), of_robot.of(PILE), of_robot.site), (Some(robot), None, None));
+        assert_eq!((of_robot.of(ROBOT), of_robot.of(PILE), of_robot.site), (Some(robot), None, Some(site)));
         assert_eq!((of_pile.of(PILE), of_pile.of(ROBOT), of_pile.site), (Some(pile), None, Some(site)));
     }
 

@@ -33,7 +33,8 @@ ids! {
     PileId(u16);
     /// A robot of the fleet.
     RobotId(u16);
-    /// A lease; the coordinator never gives the same number twice.
+    /// A lease; the coordinator never gives the same number twice. One that a pile has made for itself
+    /// [`is_local`](LeaseId::is_local).
     LeaseId(u32);
     /// The reign of one coordinator. It grows with every take-over; a pile refuses lower ones
     /// than the highest it has seen.
@@ -48,6 +49,29 @@ ids! {
     RequestId(u32);
     /// A kind of work a robot does, such as patrolling (Access Table 1's T_i).
     TaskId(u16);
+}
+
+impl LeaseId {
+    /// What a lease's number has that a pile made for itself. A coordinator gives only lower numbers.
+    const LOCAL: u32 = 1 << 31;
+
+    /// The number of the lease that a pile makes for itself as its `count`-th.
+    #[must_use]
+    pub const fn local(count: u32) -> Self {
+        Self(Self::LOCAL | count)
+    }
+
+    /// Whether a pile made the lease for itself, while it heard no coordinator.
+    #[must_use]
+    pub const fn is_local(self) -> bool {
+        self.0 & Self::LOCAL != 0
+    }
+
+    /// The next number that a coordinator gives after this one.
+    #[must_use]
+    pub const fn next(self) -> Self {
+        if self.is_local() { Self(0) } else { Self(self.0.saturating_add(1)) }
+    }
 }
 
 /// A report that its sender repeats until it is acknowledged, also after a restart. A device's

@@ -87,6 +87,8 @@
 //! | `Provision` | 105 |
 //! | `Rescue` | 212 |
 //! | `RescueState` | 11 |
+//! | `ClaimPile` | 40 |
+//! | `ClaimRule` | 2 |
 //!
 //! | part | bytes |
 //! |---|---|

@@ -34,6 +34,10 @@ pub const FRAME: usize = ENCODED + 2;
 pub const STATE_INTERVAL: DurationMs = DurationMs(1_000);
 /// A device that was silent for this long is unknown.
 pub const SILENCE: DurationMs = DurationMs(10_000);
+/// A pile or robot that has heard no coordinator for this long takes it for lost.
+pub const COORDINATOR_LOST: DurationMs = DurationMs(30_000);
+/// The longest time for which a robot can claim a pile before it is there.
+pub const LONGEST_CLAIM: DurationMs = DurationMs(600_000);
 /// A chassis reports its motion this often, once a control tick.
 pub const ODOMETRY_INTERVAL: DurationMs = DurationMs(10);
 /// How long a drive command is obeyed if its sender has no reason to choose another time.

@@ -131,11 +131,13 @@ enums! {
         ClearFault { 0 },
         Provision { 0 },
         Rescue { 0 },
-        RescueState { 0 }
+        RescueState { 0 },
+        ClaimPile { 0 },
+        ClaimRule { 0 }
     }
     Availability { Free, Reserved, Charging, Done, Fault }
     EndReason { Completed, Expired, Revoked, RobotLeft, Fault }
-    Reference { Command { 0 }, Report { 0 } }
+    Reference { Command { 0 }, Report { 0 }, Claim { 0 } }
     NackReason {
         StaleEpoch { highest },
         TooLate,
@@ -146,7 +148,8 @@ enums! {
         Ended,
         Chassis { refusal },
         NotCleared,
-        Provisioned
+        Provisioned,
+        NotClaimable
     }
     FaultCode {
         ReaderSilent,
@@ -265,4 +268,7 @@ structs! {
     Provision { command, pile, device_key, site_key, boot_floor, parameters }
     Rescue { rescue, robot, energy, total, first, waypoints }
     RescueState { rescue, phase, given }
+    ClaimPile { request, pile, boot, version, tag, energy, within }
+    ClaimRule { allowed }
+    ClaimRef { robot, request }
 }

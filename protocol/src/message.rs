@@ -21,6 +21,8 @@
 //! | [`Query`] | service tool | pile | what its [`Topic`] says |
 //! | [`ClearFault`] | service tool, coordinator | pile | `Ack` or `Nack` |
 //! | [`Provision`] | service tool | board | `Ack` or `Nack` |
+//! | [`ClaimPile`] | robot | pile | `Ack` or `Nack` |
+//! | [`ClaimRule`] | coordinator | pile | nothing: it is repeated |
 //!
 //! The order of variants and fields is the wire format: see [`version`] for what a
 //! new version may change.
@@ -34,6 +36,7 @@ use crate::{
 };
 
 mod chassis;
+mod claim;
 mod lease;
 mod pile;
 mod rescue;
@@ -41,6 +44,7 @@ mod robot;
 mod service;
 
 pub use chassis::*;
+pub use claim::*;
 pub use lease::*;
 pub use pile::*;
 pub use rescue::*;
@@ -115,6 +119,24 @@ pub enum Message {
     Rescue(Rescue),
     /// See [`RescueState`].
     RescueState(RescueState),
+    /// See [`ClaimPile`].
+    ClaimPile(ClaimPile),
+    /// See [`ClaimRule`].
+    ClaimRule(ClaimRule),
+}
+
+impl Message {
+    /// Whether it may go under the site's key, which has no sessions: gossip, and claims with their answers.
+    #[must_use]
+    pub const fn is_of_site(&self) -> bool {
+        matches!(
+            self,
+            Self::PileTable(_)
+                | Self::ClaimPile(_)
+                | Self::Ack(Ack { of: Reference::Claim(_) })
+                | Self::Nack(Nack { of: Reference::Claim(_), .. })
+        )
+    }
 }
 
 /// The first message of a device after its start, and its answer. Its layout is frozen, so that
@@ -167,6 +189,8 @@ pub enum Reference {
     Command(CommandId),
     /// A [`PassReport`], [`ChargeReport`] or [`Fault`].
     Report(ReportId),
+    /// A [`ClaimPile`].
+    Claim(ClaimRef),
 }
 
 /// Done, now or before.

@@ -52,11 +52,13 @@ pub struct Counters {
     pub charges: u32,
     /// For how long the contacts were live, in seconds.
     pub live_s: u32,
+    /// Leases that the pile has made for itself: the number of the last.
+    pub claims: u32,
 }
 
 impl Counters {
     /// Of a pile that has done nothing yet.
-    pub const NONE: Self = Self { charges: 0, live_s: 0 };
+    pub const NONE: Self = Self { charges: 0, live_s: 0, claims: 0 };
 
     /// Another charge is over, under which the contacts were live for `live`.
     pub const fn count(&mut self, live: DurationMs) {

@@ -4,6 +4,7 @@
 
 mod bench;
 mod charging;
+mod claims;
 mod clearing;
 mod expiry;
 mod faults;

@@ -20,7 +20,7 @@ fn life(records: u32) -> Vec<Record> {
             1 => Record::Acknowledged(slot),
             2 => Record::Epoch(Epoch(number)),
             3 => Record::Latched(if number % 12 == 3 { latched } else { FaultSet::EMPTY }),
-            4 => Record::Counters(Counters { charges: number, live_s: number * 60 }),
+            4 => Record::Counters(Counters { charges: number, live_s: number * 60, claims: number }),
             _ => Record::Waiting(slot, passes(1, number)),
         });
     }

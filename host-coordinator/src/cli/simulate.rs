@@ -58,7 +58,7 @@ pub struct Simulate {
     #[arg(long, value_name = "H", default_value_t = 1.0, value_parser = hours)]
     hours: f64,
     /// What goes wrong: none, all, or some of loss, delay, duplicate, reorder, partition, pile-crash,
-    /// robot-crash, coordinator-crash, clock, with commas between
+    /// robot-crash, coordinator-crash, clock, with commas between; outage is not one of all: all,outage
     #[arg(long, value_name = "LIST", default_value = "all")]
     faults: Faults,
     /// Let only those faults happen whose numbers are from A up to, not including, B; a failing run prints

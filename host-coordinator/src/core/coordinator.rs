@@ -8,9 +8,9 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use planning::lmpp::Lmpp;
 use protocol::{
-    Ack, Activity, Availability, BootEpoch, ChargeReport, DeviceId, DurationMs, Epoch, Fault, Frame, Hello,
-    LeaseId, LeaseRef, Message, PassReport, PileFaults, PileId, Position, Reference, RobotId, RobotState,
-    SiteMillis, TagId, TimeSync, version,
+    Ack, Activity, Availability, BootEpoch, ChargeReport, ClaimRule, DeviceId, DurationMs, Epoch, Fault,
+    Frame, Hello, LeaseId, LeaseRef, Message, PassReport, PileFaults, PileId, Position, Reference, RobotId,
+    RobotState, SiteMillis, TagId, TimeSync, version,
 };
 
 use super::{
@@ -317,7 +317,10 @@ impl Coordinator {
             }
             Message::PileFaults(told) => self.hear_farewell(turn, pile, &told),
             Message::TimeRequest(request) => {
-                turn.send(to, Message::TimeSync(TimeSync { asked_at: request.asked_at, site_now: turn.now }))
+                turn.send(to, Message::TimeSync(TimeSync { asked_at: request.asked_at, site_now: turn.now }));
+                // Piles that serve claims don't know what power there is.
+                let allowed = self.policy.power_cap_w.is_none();
+                turn.send(to, Message::ClaimRule(ClaimRule { allowed }));
             }
             // Hello is answered, gossip is forwarded by the links, the rest is not a pile's to say.
             _ => {}
@@ -416,8 +419,9 @@ impl Coordinator {
     /// Raises epoch and lease numbers when a pile knows of higher ones: the event log was lost, or
     /// another coordinator reigned in between.
     pub(super) fn outdo(&mut self, turn: &mut Turn, named: LeaseRef) {
-        if named.epoch > self.state.epoch || named.lease >= self.state.next_lease {
-            self.start_epoch(turn, named.epoch, LeaseId(named.lease.0.saturating_add(1)));
+        let next = named.lease.next();
+        if named.epoch > self.state.epoch || next > self.state.next_lease {
+            self.start_epoch(turn, named.epoch, next);
         }
     }
 

@@ -153,8 +153,8 @@ pub enum Fact {
         /// Why.
         why: RevokeReason,
     },
-    /// A pile charges a robot under a lease that this coordinator did not know any more, and goes
-    /// on with it.
+    /// A pile holds to a lease that this coordinator did not know any more, or that the pile made for itself
+    /// while it heard no coordinator; it goes on.
     Adopted {
         /// Which pile.
         pile: PileId,
@@ -420,6 +420,8 @@ pub enum RevokeReason {
     Stranded,
     /// Its robot has enough to work on, and a critical one needs the pile.
     Preempted,
+    /// Its robot is charged at another pile, which made a lease for itself.
+    Elsewhere,
     /// Another robot stands there, without a lease.
     Occupied,
     /// Its robot says that it is charged, and the pile measures no current.

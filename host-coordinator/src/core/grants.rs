@@ -76,17 +76,42 @@ impl Coordinator {
     }
 
     /// A pile holds to a lease that is not recorded: the log was lost, or the lease ran out here
-    /// while the pile was silent and charged on. A charge goes on; a reservation is taken back.
+    /// while the pile was silent and charged on, or the pile made it for itself while it heard nobody. A
+    /// charge goes on, and so does the reservation of a robot that has claimed the pile; any other is taken back.
     fn take_over(&mut self, turn: &mut Turn, pile: PileId, lease: LeaseRef, availability: Availability) {
-        let elsewhere = self.state.requests.get(&lease.robot).is_some_and(|request| match request.place {
-            Place::Waiting => false,
-            Place::Next(other) | Place::Granted(other) => other != pile,
-        });
-        if availability == Availability::Charging && self.robots.contains_key(&lease.robot) && !elsewhere {
-            self.record(turn, Fact::Adopted { pile, lease });
-        } else {
+        let robot = lease.robot;
+        let charges = availability == Availability::Charging;
+        let claimed = lease.lease.is_local();
+        let place = self.state.requests.get(&robot).map_or(Place::Waiting, |request| request.place);
+        let goes_on = self.robots.contains_key(&robot)
+            && match place {
+                Place::Waiting => charges || claimed,
+                Place::Next(other) | Place::Granted(other) if other == pile => charges || claimed,
+                // The promise was made while the robot was not heard.
+                Place::Next(_) => claimed,
+                Place::Granted(_) => claimed && charges,
+            };
+        if !goes_on {
             self.revoke(turn, pile, lease, RevokeReason::Unknown);
+            return;
         }
+        match place {
+            Place::Next(other) if other != pile => {
+                self.record(turn, Fact::NextReleased { pile: other, robot })
+            }
+            Place::Granted(other) if other != pile => {
+                if let Some(of) = self.state.lease(other).map(|lease| lease.name) {
+                    self.revoke(turn, other, of, RevokeReason::Elsewhere);
+                }
+            }
+            _ => {}
+        }
+        self.record(turn, Fact::Adopted { pile, lease });
+        // Whoever was promised the pile is better off elsewhere, or comes next again.
+        if claimed && let Some(robot) = self.state.next(pile) {
+            self.record(turn, Fact::NextReleased { pile, robot });
+        }
+        self.observed.queue_is_due = true;
     }
 
     /// A pile has obeyed a command.

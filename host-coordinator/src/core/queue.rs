@@ -3,6 +3,8 @@
 //! A request is never dropped. It waits, is tried again together with all others at every change, by the
 //! policy that is configured ([`selection::policy`](crate::selection::policy)), and is closed by a complete charge or by its robot, which goes back to work.
 
+use std::collections::BTreeSet;
+
 use protocol::{
     Assignment, Availability, BootEpoch, ChargeRequest, DeviceId, Message, PileId, RobotId, SiteMillis,
     Unassigned, UnassignedReason, limits,
@@ -76,12 +78,18 @@ impl Coordinator {
         observed.queue_served_at = turn.now;
         let waiting = self.state.requests.iter().filter(|(_, of)| of.place == Place::Waiting);
         let waiting: Vec<_> = waiting.map(|(robot, request)| (*robot, *request)).collect();
-        let can_come = |(robot, _): &(RobotId, Request)| {
+        // A robot that a pile holds to gets no other: the lease is adopted or taken back first.
+        let reports = self.site.piles.iter().filter_map(|pile| self.observed.report(pile.id, turn.now));
+        let holders: BTreeSet<_> =
+            reports.filter_map(|report| report.holder).map(|lease| lease.robot).collect();
+        let can_come = |(robot, request): &(RobotId, Request)| {
             let is_seen = self.observed.robots.get(robot).is_some_and(|seen| seen.last.is_some());
             is_seen
                 && !self.observed.robot_is_silent(*robot, turn.now)
                 && !self.state.stranded.contains(robot)
                 && !self.state.helps.get(robot).is_some_and(Help::is_charging)
+                && !holders.contains(robot)
+                && !self.has_claimed(*robot, request)
         };
         let waiting: Vec<_> = waiting.into_iter().filter(can_come).collect();
         let situation = self.situation(turn, &waiting);
@@ -157,11 +165,20 @@ impl Coordinator {
             match goal {
                 Some(pile) if accepted && request.assigned == Some(pile) => {}
                 Some(pile) if sure && !accepted => self.assign(turn, robot, &request, pile),
+                // Its pile will say so.
+                None if self.has_claimed(robot, &request) => {}
                 // It follows an assignment that does not hold any more.
                 _ if accepted => self.tell_to_wait(turn, robot, &request, UnassignedReason::AllTaken),
                 _ => {}
             }
         }
+    }
+
+    /// Whether a robot is on its way though nobody was sent: it has claimed a pile while it heard no
+    /// coordinator.
+    fn has_claimed(&self, robot: RobotId, request: &Request) -> bool {
+        let report = self.observed.robots.get(&robot).and_then(|seen| seen.report);
+        request.assigned.is_none() && report.is_some_and(|report| report.accepted == Some(request.id))
     }
 
     fn tell_to_wait(&mut self, turn: &mut Turn, robot: RobotId, request: &Request, reason: UnassignedReason) {

@@ -381,7 +381,7 @@ impl State {
                 self.put_back(*robot, Place::Next(*pile));
             }
             Fact::Granted { pile, lease, energy, command, expiry } => {
-                self.next_lease = self.next_lease.max(LeaseId(lease.lease.0.saturating_add(1)));
+                self.next_lease = self.next_lease.max(lease.lease.next());
                 self.spend(*command);
                 let record = self.piles.entry(*pile).or_default();
                 record.next = record.next.filter(|next| *next != lease.robot);
@@ -421,6 +421,7 @@ impl State {
             Fact::Adopted { pile, lease } => {
                 let record = self.piles.entry(*pile).or_default();
                 record.may_charge_on = false;
+                record.next = record.next.filter(|next| *next != lease.robot);
                 record.lease = Some(Lease {
                     name: *lease,
                     energy: EnergyJ::MIN,
@@ -430,6 +431,12 @@ impl State {
                     command: None,
                 });
                 self.put(lease.robot, Place::Granted(*pile));
+                // It goes there by itself.
+                if lease.lease.is_local()
+                    && let Some(request) = self.requests.get_mut(&lease.robot)
+                {
+                    request.assigned = Some(*pile);
+                }
             }
             Fact::Ended { pile, lease, robot, why, .. } => self.end(*pile, *lease, *robot, *why),
             Fact::Passed { pile, report, passes } => {
@@ -579,6 +586,7 @@ impl State {
                 self.close_at(name.robot, pile);
             }
             RevokeReason::Stranded
+            | RevokeReason::Elsewhere
             | RevokeReason::Occupied
             | RevokeReason::NoCurrent
             | RevokeReason::Unanswered

@@ -94,6 +94,8 @@ pub struct LeaseView {
     pub id: u32,
     /// The epoch of the coordinator that granted or extended it last.
     pub epoch: u32,
+    /// Whether the pile made it for itself, while it heard no coordinator.
+    pub local: bool,
     /// Whose it is.
     pub robot: RobotId,
     /// When it runs out unless extended.
@@ -369,6 +371,7 @@ impl LeaseView {
         Self {
             id: lease.name.lease.0,
             epoch: lease.name.epoch.0,
+            local: lease.name.lease.is_local(),
             robot: lease.name.robot,
             expiry_ms: lease.expiry.0,
             phase: match lease.phase {

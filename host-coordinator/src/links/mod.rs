@@ -1,7 +1,7 @@
 //! Frames to and from piles and robots, by UDP and TCP.
 //!
-//! A device has no address of its own: it is where its last authentic frame came from that was not
-//! gossip, which can be recorded and sent again. To where a frame
+//! A device has no address of its own: it is where its last authentic frame came from that was neither
+//! gossip nor a claim, which can be recorded and sent again. To where a frame
 //! came from that says it is of a device and does not authenticate, nothing but Hello is sent. Devices
 //! that are not of the site are refused with a warning that names them and their address. Whatever a peer does,
 //! the coordinator does not wait for it: every connection has a bounded queue, and what does not
@@ -183,9 +183,11 @@ impl Inbound {
             }
             opened => opened?,
         };
-        // Gossip says nothing of where its sender is: it may have been recorded.
-        if let Message::PileTable(_) = frame.message {
-            self.links.forward(sender, from, &frame.message);
+        // What goes under the site's key says nothing of where its sender is: it may have been recorded.
+        if frame.message.is_of_site() {
+            if let Message::PileTable(_) = frame.message {
+                self.links.forward(sender, from, &frame.message);
+            }
             return Ok(None);
         }
         lock(&self.links.peers).insert(sender, from.clone());

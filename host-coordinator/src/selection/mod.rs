@@ -14,9 +14,11 @@
 //! | [`nearest`] | the nearest free pile, one robot after the other |
 //! | [`joint`] | all robots together, by the time that it takes them |
 //! | `preempt` | a charge is cut short for a critical robot (Access 2.3) |
+//! | [`alone`] | a robot's own choice while no coordinator is heard |
 //! | [`explain`] | what is told about every pile |
 
 pub mod activity;
+pub mod alone;
 pub mod explain;
 pub mod joint;
 pub mod multistage;
@@ -27,6 +29,7 @@ pub mod priority;
 pub mod reach;
 pub mod situation;
 
+pub use alone::{Known, choose_alone};
 pub use explain::{Choice, Explanation, PileStage, Stage, Verdict};
 pub use multistage::{Candidate, Rule, choose};
 pub use policy::{ChargingPolicy, PolicyName};

@@ -65,7 +65,7 @@ impl Fleet {
             let Some(position) = navigator.place() else { break };
             let build = LIVELY.build(id);
             fleet.configs.push(LIVELY.config(id));
-            fleet.robots.insert(id, Robot::new(navigator, alert.get().into()));
+            fleet.robots.insert(id, Robot::new(id, build, navigator, alert.get().into()));
             fleet.world.bodies.insert(id, Body::new(build, position, energy_j));
         }
         fleet

@@ -12,6 +12,7 @@
 //! | [`world`] | the physics: bodies, batteries, charge contacts, reader fields |
 //! | [`charger`] | a mobile charger: a robot that charges others |
 //! | [`robot`] | a robot's own computer: works, asks, drives, charges |
+//! | [`claiming`] | what a robot does while it hears piles and no coordinator |
 //! | [`terrain`] | places of work, piles, and the ways to both |
 //! | [`tasks`] | what robots work at |
 //! | [`navigator`] | what a robot knows of the site |
@@ -28,6 +29,7 @@
 
 pub mod auditor;
 pub mod charger;
+pub mod claiming;
 pub mod demo;
 pub mod fleet;
 pub mod ground;

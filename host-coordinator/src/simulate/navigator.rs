@@ -1,13 +1,13 @@
 //! What a robot's own computer knows of the site: its map, where the piles are (LMPP Table 1), and
 //! where its next task takes it.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use planning::{
     path::Path,
     search::{AStar, Planner, Workspace},
 };
-use protocol::DurationMs;
+use protocol::{DurationMs, PileId};
 
 use super::{
     ground::{Point, Route},
@@ -47,6 +47,23 @@ impl Navigator {
         let places = self.terrain.places().len();
         let place = self.random.between(0.0, places as f64) as usize;
         self.terrain.route_to_place(from, place, &mut self.path)
+    }
+
+    /// The lengths of the shortest ways to the piles that can be reached, in cells.
+    #[must_use]
+    pub fn ways_to_piles(&self, from: Point) -> BTreeMap<PileId, f64> {
+        self.terrain.ways_to_piles(from)
+    }
+
+    /// A shortest way to a pile's contacts.
+    pub fn route_to_pile(&mut self, from: Point, pile: PileId) -> Option<Route> {
+        self.terrain.route_to_pile(from, pile, &mut self.path)
+    }
+
+    /// How long a cell is.
+    #[must_use]
+    pub fn metres_per_cell(&self) -> f64 {
+        self.terrain.site().resolution_m
     }
 
     /// How long to work at the place of a task.

@@ -43,7 +43,7 @@ impl PileNode {
         self.link.address()
     }
 
-    /// Tells the pile where the others are.
+    /// Tells the pile where the others are that hear its gossip: piles and robots.
     pub fn meet(&mut self, peers: Vec<SocketAddr>) {
         self.peers = peers;
     }

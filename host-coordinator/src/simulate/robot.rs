@@ -11,22 +11,24 @@
 //!      +----------- contacts dead after a charge ---------------- Docked
 //!      +----------- contacts never live: asks again -----------------+
 //! ```
+//! While it waits and hears no coordinator it claims a pile by itself ([`claiming`](super::claiming)).
 //! One whose battery is empty has stranded, unless it stands at a pile. It asks again when it was helped: when
 //! it was charged where it stood, or moved to a pile. A mobile charger is a robot too, whose work is to stand
 //! by and to help others ([`charger`](super::charger)).
 
 use protocol::{
-    Activity, Assignment, ChargeRequest, CommandId, DurationMs, EnergyJ, Epoch, Hello, Message, Millis, Nack,
-    PileId, Reference, RequestId, Rescue, RobotState, limits,
+    Ack, Activity, Assignment, ChargeRequest, ClaimPile, CommandId, DurationMs, EnergyJ, Epoch, Hello,
+    Message, Millis, Nack, PileId, Reference, RequestId, Rescue, RobotId, RobotState, limits,
 };
 
 use super::{
     charger::Charger,
+    claiming::Claiming,
     ground::{KEEP_CLEAR_M, Point, Route},
     navigator::Navigator,
     parts::Parts,
     tasks::{Runs, Task},
-    world::{CONTACT_M, Sensed},
+    world::{Build, CONTACT_M, Sensed},
 };
 
 /// How long contacts stay dead before a charge counts as over: longer than a contactor's bounce.
@@ -45,6 +47,8 @@ pub struct Outputs {
     pub moving: bool,
     /// To the coordinator.
     pub messages: Vec<Message>,
+    /// To the piles, when there seems to be no coordinator.
+    pub claim: Option<ClaimPile>,
 }
 
 /// What the robot is about.
@@ -92,6 +96,7 @@ pub struct Robot {
     /// What its battery held when the task began, in joules; none if there was a charge since.
     begun_j: Option<f64>,
     runs: Runs,
+    claiming: Claiming,
     /// Its newest request.
     request: RequestId,
     /// The parts of an assignment that are here so far.
@@ -105,13 +110,15 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A robot that starts to work, and asks for a charge at `alert_j` joules.
+    /// A robot that takes itself to be built as `believed`, starts to work, and asks for a charge at
+    /// `alert_j` joules.
     #[must_use]
-    pub fn new(mut navigator: Navigator, alert_j: f64) -> Self {
+    pub fn new(robot: RobotId, believed: Build, mut navigator: Navigator, alert_j: f64) -> Self {
         Self {
             task: navigator.task(),
             begun_j: None,
             runs: Runs::default(),
+            claiming: Claiming::new(robot, believed),
             navigator,
             alert_j,
             mode: Mode::Working { until: None },
@@ -193,7 +200,22 @@ impl Robot {
         let mut outputs = Outputs::default();
         for message in heard {
             match message {
+                Message::Hello(_) | Message::Assignment(_) | Message::Unassigned(_) => {
+                    self.claiming.coordinator_heard(now);
+                }
+                Message::PileTable(table) => self.claiming.hear(now, table),
+                _ => {}
+            }
+            match message {
                 Message::Hello(_) => self.greeted = true,
+                Message::Ack(Ack { of: Reference::Claim(of) }) => {
+                    if let Some(pile) = self.claiming.answered(now, *of, self.request, true) {
+                        self.go_to_claimed(pile, sensed, &mut outputs);
+                    }
+                }
+                Message::Nack(Nack { of: Reference::Claim(of), .. }) => {
+                    self.claiming.answered(now, *of, self.request, false);
+                }
                 Message::Assignment(part) => self.take(part, sensed, &mut outputs),
                 Message::Unassigned(answer) if answer.request == self.request => {
                     self.wait(now, sensed, &mut outputs);
@@ -206,6 +228,10 @@ impl Robot {
             }
         }
         self.decide(now, sensed, &mut outputs);
+        if let Mode::Waiting { .. } = self.mode {
+            let body = (sensed.position, sensed.energy_j);
+            outputs.claim = self.claiming.claim(now, self.request, body, &self.navigator);
+        }
         outputs.moving = self.moving(sensed);
         self.speak(now, sensed, &mut outputs.messages);
         outputs
@@ -223,6 +249,16 @@ impl Robot {
         }
         self.parts = None;
         self.mode = Mode::Waiting { ask_at: now.after(ASK_AGAIN) };
+    }
+
+    /// A pile has given itself to the robot.
+    fn go_to_claimed(&mut self, pile: PileId, sensed: &Sensed, outputs: &mut Outputs) {
+        let Mode::Waiting { .. } = self.mode else { return };
+        let Some(route) = self.navigator.route_to_pile(sensed.position, pile) else { return };
+        let Some(&at) = route.back() else { return };
+        self.parts = None;
+        outputs.route = Some(route);
+        self.mode = Mode::Approaching(Dock { pile, at });
     }
 
     /// Takes a part of an assignment; sets off when it is the last.
@@ -333,6 +369,7 @@ impl Robot {
         self.request.0 = self.request.0.wrapping_add(1);
         self.parts = None;
         self.begun_j = None;
+        self.claiming.coordinator_heard(now);
         Mode::Waiting { ask_at: now }
     }
 

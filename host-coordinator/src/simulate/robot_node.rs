@@ -17,12 +17,13 @@ pub struct RobotNode {
     core: Robot,
     link: Link,
     coordinator: SocketAddr,
+    piles: Vec<SocketAddr>,
     /// What has come since the last step.
     heard: Vec<Message>,
 }
 
 impl RobotNode {
-    /// A robot that speaks to `coordinator`, which believes it and which it believes by `keys`.
+    /// A robot that speaks to `coordinator`, and to `piles` when it hears none, which believes it and which it believes by `keys`.
     ///
     /// # Errors
     /// Its socket cannot be opened.
@@ -30,11 +31,20 @@ impl RobotNode {
         robot: RobotId,
         core: Robot,
         coordinator: SocketAddr,
+        piles: Vec<SocketAddr>,
         keys: &Keys,
     ) -> io::Result<Self> {
         let device = DeviceId::Robot(robot);
         let link = Link::bind(device, keys.trust_of(device)).await?;
-        Ok(Self { core, link, coordinator, heard: Vec::new() })
+        Ok(Self { core, link, coordinator, piles, heard: Vec::new() })
+    }
+
+    /// Where piles reach it.
+    ///
+    /// # Errors
+    /// What the operating system says.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.link.address()
     }
 
     /// The robot's computer.
@@ -53,6 +63,10 @@ impl RobotNode {
         }
         for message in outputs.messages {
             self.say(&message);
+        }
+        if let Some(claim) = outputs.claim {
+            let piles = self.piles.iter().copied();
+            self.link.send(Recipient::Piles, &Message::ClaimPile(claim), piles);
         }
     }
 

@@ -1,4 +1,7 @@
-use protocol::{RescuePhase, RobotId, Unassigned, UnassignedReason};
+use protocol::{
+    Availability, BootEpoch, ClaimRef, Fraction, NackReason, PileRow, PileTable, RescuePhase, RobotId, TagId,
+    Unassigned, UnassignedReason,
+};
 
 use super::*;
 use crate::{
@@ -9,6 +12,8 @@ use std::sync::Arc;
 
 const ALERT_J: f64 = 1_000.0;
 const PILE: PileId = PileId(2);
+const BUILD: Build =
+    Build { tag: TagId([1; 12]), full_j: 10_000.0, idle_w: 1.0, drive_j_per_m: 1.0, speed_mps: 0.5 };
 
 /// A robot with its surroundings under the test's control.
 struct Rig {
@@ -23,7 +28,7 @@ impl Rig {
     fn new() -> Self {
         let site = Arc::new(Site::fig7().unwrap());
         let terrain = Arc::new(Terrain::new(&site));
-        let robot = Robot::new(Navigator::new(terrain, Random::new(1, 1)), ALERT_J);
+        let robot = Robot::new(RobotId(1), BUILD, Navigator::new(terrain, Random::new(1, 1)), ALERT_J);
         let position = Point { x_m: 40.0, y_m: 85.0 };
         let sensed = Sensed {
             position,
@@ -296,7 +301,7 @@ fn a_mobile_charger_drives_to_its_robot_gives_what_it_was_told_and_lets_go_when_
     assert!(rig.robot.charger().unwrap().gives());
     assert_eq!(phases(&rig.after(1_000, &[])), [RescuePhase::Done]);
     assert!(!rig.robot.charger().unwrap().gives());
-    let nack = Nack { of: Reference::Command(CommandId(7)), reason: protocol::NackReason::Ended };
+    let nack = Nack { of: Reference::Command(CommandId(7)), reason: NackReason::Ended };
     let outputs = rig.after(100, &[Message::Nack(nack)]);
     assert!(outputs.route.is_some() && phases(&outputs).is_empty(), "it comes back");
     assert_eq!(rig.after(100, &[sent]).route, None, "a late repeat");
@@ -313,5 +318,76 @@ fn a_mobile_charger_gives_up_where_its_robot_is_not_and_before_it_strands_itself
         }
         let said: Vec<_> = (0..12).flat_map(|_| phases(&rig.after(1_000, &[]))).collect();
         assert_eq!(said.last(), Some(&RescuePhase::GaveUp), "{said:?}");
+    }
+}
+
+/// What two piles gossip: 2 and 5 are free.
+fn gossip(version: u32) -> Message {
+    let rows = [2, 5].map(|pile| PileRow {
+        pile: PileId(pile),
+        boot: BootEpoch(4),
+        version,
+        stamp: None,
+        availability: Availability::Free,
+        remaining: Fraction::MIN,
+        planned: DurationMs(0),
+    });
+    Message::PileTable(PileTable { rows: rows.into_iter().collect() })
+}
+
+impl Rig {
+    /// Waits for so many seconds while piles gossip, and gives what it claims.
+    fn alone_for(&mut self, seconds: u32) -> Vec<ClaimPile> {
+        let from = self.now.0 as u32 / 1_000;
+        (0..seconds).filter_map(|second| self.after(1_000, &[gossip(from + second)]).claim).collect()
+    }
+}
+
+#[test]
+fn a_robot_that_hears_piles_and_no_coordinator_claims_one_and_drives_there() {
+    let (mut rig, request) = Rig::waiting();
+    assert_eq!(rig.alone_for(29), []);
+    let claims = rig.alone_for(4);
+    assert!(claims.len() > 1, "it is repeated: {claims:?}");
+    let claim = claims[0];
+    assert!(claims.iter().all(|again| again.pile == claim.pile && again.request == request));
+    assert_eq!((claim.boot, claim.tag), (BootEpoch(4), BUILD.tag));
+    let of = Reference::Claim(ClaimRef { robot: RobotId(1), request });
+    let for_another = Reference::Claim(ClaimRef { robot: RobotId(2), request });
+    rig.after(100, &[Message::Ack(Ack { of: for_another })]);
+    assert_eq!(rig.robot.activity(), Activity::Waiting);
+    let outputs = rig.after(100, &[Message::Ack(Ack { of })]);
+    assert_eq!(rig.robot.activity(), Activity::Approaching);
+    assert_eq!(outputs.route.unwrap().back(), Some(&rig.dock(claim.pile)));
+    assert_eq!(rig.alone_for(10), []);
+}
+
+#[test]
+fn a_robot_that_is_refused_or_not_answered_claims_another_pile() {
+    for refused in [true, false] {
+        let (mut rig, request) = Rig::waiting();
+        rig.alone_for(29);
+        let first = rig.alone_for(2)[0].pile;
+        if refused {
+            let of = Reference::Claim(ClaimRef { robot: RobotId(1), request });
+            rig.after(100, &[Message::Nack(Nack { of, reason: NackReason::NotClaimable })]);
+        }
+        let next = rig.alone_for(8);
+        assert_ne!(next.last().unwrap().pile, first, "refused: {refused}");
+    }
+}
+
+#[test]
+fn a_robot_that_hears_the_coordinator_or_old_gossip_claims_nothing() {
+    let (mut rig, request) = Rig::waiting();
+    for _ in 0..6 {
+        assert_eq!(rig.alone_for(10), []);
+        let reason = UnassignedReason::AllTaken;
+        rig.after(100, &[Message::Unassigned(Unassigned { request, reason })]);
+    }
+    let (mut rig, _) = Rig::waiting();
+    assert!(rig.after(10_000, &[gossip(1)]).claim.is_none());
+    for _ in 0..30 {
+        assert!(rig.after(1_000, &[gossip(1)]).claim.is_none(), "it is no news");
     }
 }

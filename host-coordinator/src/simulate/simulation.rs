@@ -44,13 +44,15 @@ impl Simulation {
         }
         let addresses: BTreeMap<PileId, SocketAddr> =
             piles.iter().map(|(&pile, node)| Ok((pile, node.address()?))).collect::<io::Result<_>>()?;
-        for (pile, node) in &mut piles {
-            let peers = addresses.iter().filter(|(other, _)| *other != pile);
-            node.meet(peers.map(|(_, &address)| address).collect());
-        }
         let mut robots = BTreeMap::new();
         for (robot, core) in fleet.robots {
-            robots.insert(robot, RobotNode::start(robot, core, coordinator, keys).await?);
+            let piles = addresses.values().copied().collect();
+            robots.insert(robot, RobotNode::start(robot, core, coordinator, piles, keys).await?);
+        }
+        let listeners: Vec<_> = robots.values().map(RobotNode::address).collect::<io::Result<_>>()?;
+        for (pile, node) in &mut piles {
+            let peers = addresses.iter().filter(|(other, _)| *other != pile).map(|(_, address)| address);
+            node.meet(peers.chain(&listeners).copied().collect());
         }
         let (auditor, pulse) = (Auditor::default(), Pulse::default());
         Ok(Self { now: Millis(0), world: fleet.world, piles, robots, auditor, pulse })

@@ -4,7 +4,7 @@
 //! ways are recalled from fields and nothing is searched for, so there are a few dozen places of work
 //! and not one on every cell.
 
-use std::sync::Arc;
+use std::{collections::BTreeMap, sync::Arc};
 
 use planning::{
     grid::Cell,
@@ -12,6 +12,7 @@ use planning::{
     path::Path,
     search::{Dijkstra, Workspace},
 };
+use protocol::PileId;
 
 use super::ground::{KEEP_CLEAR_M, Point, Route};
 use crate::site::Site;
@@ -71,6 +72,24 @@ impl Terrain {
     pub fn route_to_place(&self, from: Point, place: usize, path: &mut Path) -> Option<Route> {
         let from = self.site.cell_of(from.into())?;
         let found = place < self.places.len() && self.fields.walk(from, place, path);
+        found.then(|| path.waypoints().iter().map(|&cell| self.site.position(cell).into()).collect())
+    }
+
+    /// The lengths of the shortest ways to the piles that can be reached, in cells.
+    #[must_use]
+    pub fn ways_to_piles(&self, from: Point) -> BTreeMap<PileId, f64> {
+        let Some(from) = self.site.cell_of(from.into()) else { return BTreeMap::new() };
+        let lengths = self.fields.lengths(from).skip(self.places.len());
+        let ways = self.site.piles.iter().zip(lengths);
+        ways.filter_map(|(pile, length)| Some((pile.id, length?.units()))).collect()
+    }
+
+    /// The shortest way to a pile's contacts; `None` if there is none. `path` is a buffer.
+    #[must_use]
+    pub fn route_to_pile(&self, from: Point, pile: PileId, path: &mut Path) -> Option<Route> {
+        let from = self.site.cell_of(from.into())?;
+        let index = self.site.piles.iter().position(|known| known.id == pile)?;
+        let found = self.fields.walk(from, self.places.len() + index, path);
         found.then(|| path.waypoints().iter().map(|&cell| self.site.position(cell).into()).collect())
     }
 

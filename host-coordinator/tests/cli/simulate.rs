@@ -15,6 +15,7 @@ fn every_run_and_the_sum_have_the_same_figures() {
         "coordinator_steps",
         "double_grants",
         "granted",
+        "local_charges",
         "lost_requests",
         "preempted",
         "requests",

@@ -5,9 +5,11 @@
 //! or never. Coordinators, piles and robots crash and start again, a coordinator with its log and a pile
 //! with its epoch. The piles' clocks are right, or late by as much as the coordinator allows for.
 //!
-//! Two questions are asked of the same world ([`world::Rule`]):
+//! Three questions are asked of the same world ([`world::Rule`]):
 //! - **Succession**: one log. A coordinator that crashes is followed by another, and what the first has sent
 //!   may still arrive. Every lease that is alive at a pile is the one in the log.
+//! - **Claims**: the same, and robots claim piles by themselves. No lease takes the place of another, whatever
+//!   the coordinator gives at the same time, and it learns of what they settle.
 //! - **Rivals**: two coordinators at once, the second with the first one's log from before its leases,
 //!   as when somebody restores a backup. Both command; a pile obeys the higher epoch. What that
 //!   coordinator has been promised by a pile is never given to another robot.
@@ -44,6 +46,13 @@ fn explore(world: World, actions: usize, enough: HasDiscoveries) -> impl Checker
 #[test]
 fn one_log_whatever_happens_never_two_holders_and_every_lease_ends() {
     explore(World::new(Rule::Succession, Firmware::Real, [2, 1, 1]), 6, HasDiscoveries::AnyFailures)
+        .assert_properties();
+}
+
+/// Claims are not bound to any time of silence here.
+#[test]
+fn robots_that_claim_piles_by_themselves_never_two_holders_and_every_lease_ends() {
+    explore(World::new(Rule::Claims, Firmware::Real, [1, 1, 0]), 5, HasDiscoveries::AnyFailures)
         .assert_properties();
 }
 

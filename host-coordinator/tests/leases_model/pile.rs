@@ -2,8 +2,8 @@
 
 use firmware_pile::lease::{Circumstances, Leases, Place};
 use protocol::{
-    Ack, Availability, BootEpoch, DurationMs, EndReason, Epoch, Fraction, Hello, Message, Millis, Nack,
-    PileId, PileRow, PileState, Reference, SiteMillis,
+    Ack, Availability, BootEpoch, ClaimPile, DurationMs, EndReason, EnergyJ, Epoch, Fraction, Hello, LeaseId,
+    Message, Millis, Nack, PileId, PileRow, PileState, Reference, RequestId, RobotId, SiteMillis, TagId,
 };
 
 use crate::world::{START, TICK};
@@ -30,6 +30,8 @@ pub enum Input {
     Hear(u32),
     /// Time has passed.
     Tick,
+    /// A robot claims the pile.
+    Claimed(RobotId),
     /// The robot of the lease is on the contacts.
     Arrives,
     /// It leaves them.
@@ -46,11 +48,15 @@ pub struct Pile {
     pub obeyed: Epoch,
     /// Whether a command of a lower epoch has changed a lease after that.
     pub misled: bool,
+    /// Leases that it has made for itself, over restarts.
+    claims: u32,
+    /// Whether a lease has ever taken the place of one that had not ended.
+    pub replaced: bool,
 }
 
 impl Pile {
     pub fn new() -> Self {
-        Self { leases: Leases::new(Epoch(0)), obeyed: Epoch(0), misled: false }
+        Self { leases: Leases::new(Epoch(0)), obeyed: Epoch(0), misled: false, claims: 0, replaced: false }
     }
 
     /// What tells it from others.
@@ -69,6 +75,7 @@ impl Pile {
         let own = Millis(now.0 - START.0);
         let site_now = SiteMillis(now.0 - u64::from(late.0));
         let told = self.told();
+        let held = self.leases.current().map(|lease| lease.name);
         let mut said = Vec::new();
         match input {
             Input::Hear(_) => {
@@ -78,6 +85,25 @@ impl Pile {
             Input::Tick => {
                 if let Some(charge) = self.leases.charge_mut() {
                     charge.advance(TICK);
+                }
+            }
+            // The firmware waits until no coordinator was heard for long. What holds here does not rest on that.
+            Input::Claimed(robot) => {
+                let id = LeaseId::local(self.claims + 1);
+                let claim = ClaimPile {
+                    request: RequestId(0),
+                    pile: PileId(0),
+                    boot: BootEpoch(0),
+                    version: 0,
+                    tag: TagId([robot.0 as u8; 12]),
+                    energy: EnergyJ::MIN,
+                    within: DurationMs(3 * TICK.0),
+                };
+                let place = Place { site_now: Some(site_now), faulted: false, occupied: false };
+                if self.leases.claim(id, robot, &claim, PLANNED, place).is_ok()
+                    && self.leases.current().is_some_and(|lease| lease.name.lease == id)
+                {
+                    self.claims += 1;
                 }
             }
             Input::Arrives => self.leases.begin_charge(),
@@ -91,6 +117,10 @@ impl Pile {
         let seen = Circumstances { faulted: false, robot_left: false };
         if let Some(reason) = self.leases.over(own, Some(site_now), seen) {
             self.leases.end(reason);
+        }
+        if let Some((before, now)) = held.zip(self.leases.current().map(|lease| lease.name)) {
+            self.replaced |= (before.lease, before.robot) != (now.lease, now.robot)
+                && self.leases.ended().is_none_or(|ended| ended.lease.lease != before.lease);
         }
         if self.told() != told || matches!(input, Input::Tick | Input::Restart) {
             said.push(Message::PileState(self.report()));

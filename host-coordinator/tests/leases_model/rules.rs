@@ -22,6 +22,9 @@ pub const LOWER_EPOCH: &str = "no lower epoch is obeyed after a higher one";
 pub fn properties(rule: Rule) -> Vec<Property<World>> {
     let mut properties = vec![
         Property::always(TWO_HOLDERS, no_two_holders),
+        Property::always("no lease takes the place of one that has not ended", |world, of| {
+            world.each_pile(of, |pile| !pile.replaced)
+        }),
         Property::always("a robot never has two piles", no_two_piles),
         Property::always(LOWER_EPOCH, |world, of| world.each_pile(of, |pile| !pile.misled)),
         Property::always("at a pile a lease is over by its expiry, a charge by its plan", |world, of| {
@@ -36,10 +39,36 @@ pub fn properties(rule: Rule) -> Vec<Property<World>> {
         Property::sometimes("a lease runs out at its pile", |world, of| {
             has_ended(world, of, EndReason::Expired)
         }),
-        Property::sometimes("a pile obeys a second epoch", |world, of| {
-            !world.each_pile(of, |pile| pile.obeyed <= Epoch(1))
-        }),
     ];
+    if rule != Rule::Claims {
+        // With claims the world is not followed that far.
+        properties.push(Property::sometimes("a pile obeys a second epoch", |world, of| {
+            !world.each_pile(of, |pile| pile.obeyed <= Epoch(1))
+        }));
+    }
+    if rule == Rule::Claims {
+        properties.push(Property::sometimes(
+            "a lease that a pile made for itself is adopted",
+            |world, of| {
+                !world.each_desk(of, |desk| {
+                    let adopted =
+                        |fact: &Fact| matches!(fact, Fact::Adopted { lease, .. } if lease.lease.is_local());
+                    desk.log.iter().all(|event| !adopted(&event.fact))
+                })
+            },
+        ));
+        properties.push(Property::sometimes(
+            "a robot is charged under a lease that its pile made",
+            |world, of| {
+                !world.each_pile(of, |pile| {
+                    let charges = |lease: &firmware_pile::lease::Lease| {
+                        lease.name.lease.is_local() && lease.charge.is_some()
+                    };
+                    !pile.leases.current().is_some_and(charges)
+                })
+            },
+        ));
+    }
     if rule == Rule::Succession {
         // Rivals are not followed that far.
         properties.push(Property::sometimes("a lease runs out in the log", |world, of| {
@@ -63,7 +92,9 @@ fn no_two_holders(world: &World, of: &Snapshot) -> bool {
         let same =
             |lease: &Lease| (lease.name.lease, lease.name.robot) == (alive.name.lease, alive.name.robot);
         match world.rule {
-            Rule::Succession => recorded.is_some_and(same),
+            // The log learns of it when the pile is heard.
+            Rule::Claims if alive.name.lease.is_local() => true,
+            Rule::Succession | Rule::Claims => recorded.is_some_and(same),
             Rule::Rivals => recorded
                 .filter(|lease| {
                     let lasts = matches!(lease.phase, Phase::Held { until } if of.now() < until);

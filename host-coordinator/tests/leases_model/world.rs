@@ -16,6 +16,8 @@ use crate::{
 pub const START: SiteMillis = SiteMillis(1_000_000);
 /// How far time goes at once.
 pub const TICK: DurationMs = DurationMs(5_000);
+/// How often robots claim piles, where they do.
+const CLAIMS: u8 = 2;
 /// How far a pile's clock may be behind.
 const MARGIN: DurationMs = DurationMs(5_000);
 
@@ -27,6 +29,8 @@ const ROBOTS: [RobotId; 2] = [RobotId(1), RobotId(2)];
 pub enum Rule {
     /// One log, one coordinator at a time.
     Succession,
+    /// The same, and robots claim piles by themselves.
+    Claims,
     /// Two coordinators, the second with an old copy of the first one's log.
     Rivals,
 }
@@ -43,6 +47,8 @@ pub struct Snapshot {
     network: Vec<Envelope>,
     /// What may still go wrong.
     crashes: [u8; 3],
+    /// How often robots may still claim.
+    claims: u8,
 }
 
 /// A coordinator, by its number in the office.
@@ -102,6 +108,11 @@ pub enum Action {
     Ask {
         robot: usize,
         seat: usize,
+    },
+    /// A robot that waits claims a pile.
+    Claim {
+        robot: usize,
+        pile: usize,
     },
     /// A robot goes back to work.
     Quit {
@@ -197,6 +208,7 @@ impl World {
             robots: [RobotSnapshot { boot: 1, sequence: 0, request: 0, waits: false, heard: [false; 2] }; 2],
             network: Vec::new(),
             crashes: self.crashes,
+            claims: if self.rule == Rule::Claims { CLAIMS } else { 0 },
         };
         // The coordinators are up and have heard both piles; who comes second has the log of the first start.
         let mut turn = Turn { firmware: self.firmware, tables, of: &mut snapshot };
@@ -265,6 +277,10 @@ impl Turn<'_> {
                 asker.heard[seat] = true;
                 let asks = Some(asker.request);
                 self.say(robot, seat, asks);
+            }
+            Action::Claim { robot, pile } => {
+                self.of.claims -= 1;
+                self.pile(pile, pile::Input::Claimed(ROBOTS[robot]), 0);
             }
             Action::Quit { robot } => {
                 self.of.robots[robot].waits = false;
@@ -416,6 +432,8 @@ impl Model for World {
             let asks = (0..2).filter(|seat| up(*seat) && !(now.waits && now.heard[*seat]));
             actions.extend(asks.map(|seat| Action::Ask { robot, seat }));
             actions.extend(now.waits.then_some(Action::Quit { robot }));
+            let claims = (0..PILES.len()).filter(|_| now.waits && of.claims > 0);
+            actions.extend(claims.map(|pile| Action::Claim { robot, pile }));
             actions.extend((now.waits && of.crashes[2] > 0).then_some(Action::RobotRestarts { robot }));
         }
         let tables = self.tables.lock().unwrap();

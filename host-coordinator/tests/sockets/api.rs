@@ -86,7 +86,7 @@ async fn the_state_has_the_promised_form() {
             "remaining"
         ]
     );
-    assert_eq!(keys(&pile["lease"]), ["epoch", "expiry_ms", "id", "phase", "robot"]);
+    assert_eq!(keys(&pile["lease"]), ["epoch", "expiry_ms", "id", "local", "phase", "robot"]);
     assert_eq!(keys(&state["robots"][0]), ["activity", "at", "battery", "energy_j", "id", "pile", "route"]);
     let decision = &state["decisions"][0];
     assert_eq!(

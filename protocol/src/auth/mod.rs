@@ -16,8 +16,9 @@
 //! who gets a frame that does not authenticate ([`FrameError::Unauthentic`](crate::FrameError))
 //! answers it with a `Hello`, at most once in [`REPEAT_INTERVAL`](crate::limits::REPEAT_INTERVAL).
 //!
-//! Gossip is for all piles at once and has a key that they share; its rows say themselves how old
-//! they are, so that it needs no session. Nothing else is believed under that key.
+//! Gossip is for all piles at once and has a key that they share with each other and with robots; its rows
+//! say themselves how old they are, so that it needs no session. A robot's claim to a pile goes under that
+//! key too and names a fresh row. Nothing else is believed under it.
 
 pub mod seal;
 mod sessions;

@@ -16,7 +16,7 @@ use crate::{
 pub enum Recipient {
     /// One device.
     Device(DeviceId),
-    /// All piles of the site: gossip.
+    /// All piles of the site, and the robots that have its key: gossip, claims and their answers.
     Piles,
     /// Who has sent a [`Provision`](crate::Provision): the answer to it, which is as plain as that.
     Provisioner,
@@ -31,7 +31,7 @@ pub enum Trust<Peers> {
     Insecure,
     /// Who has the key.
     Keys {
-        /// What gossip is sealed with; a device that has none neither sends nor believes gossip.
+        /// What gossip and claims are sealed with; a device that has none neither sends nor believes them.
         site: Option<Key>,
         /// One session for each device it speaks with.
         peers: Peers,
@@ -145,7 +145,7 @@ impl<Peers: AsMut<[Session]>> Sessions<Peers> {
                 check(packet, Sealing { seal: Seal::Site, key, receiver: Receiver::Site })?;
                 let message = packet.message()?;
                 return match message {
-                    Message::PileTable(_) => Ok(Frame { header, message }),
+                    message if message.is_of_site() => Ok(Frame { header, message }),
                     _ => Err(FrameError::NotGossip { sender }),
                 };
             }

@@ -92,6 +92,9 @@ pub enum NackReason {
     NotCleared,
     /// The board has an identity, and its button is not held.
     Provisioned,
+    /// No claim is taken: the pile hears a coordinator, may serve no claims, or has no room to keep the
+    /// account of another charge.
+    NotClaimable,
 }
 
 /// A lease that is over.

@@ -35,7 +35,7 @@ fn full<T: Clone, const N: usize>(item: T) -> Vec<T, N> {
 }
 
 /// Every message with its name and [`MaxSize`].
-pub fn messages() -> [(Message, &'static str, usize); 32] {
+pub fn messages() -> [(Message, &'static str, usize); 34] {
     macro_rules! sized {
         ($($name:ident($value:expr),)*) => {
             [$((Message::$name($value), stringify!($name), $name::MAX_SIZE)),*]
@@ -172,5 +172,15 @@ pub fn messages() -> [(Message, &'static str, usize); 32] {
             waypoints: full(POSITION),
         }),
         RescueState(RescueState { rescue: command, phase: RescuePhase::GaveUp, given: EnergyJ::MAX }),
+        ClaimPile(ClaimPile {
+            request,
+            pile: PileId(u16::MAX),
+            boot: BootEpoch(u32::MAX),
+            version: u32::MAX,
+            tag: TAG,
+            energy: EnergyJ::MAX,
+            within: DurationMs::MAX,
+        }),
+        ClaimRule(ClaimRule { allowed: true }),
     ]
 }

@@ -8,7 +8,7 @@
 use proptest::{prelude::*, sample::Index};
 use protocol::{
     Ack, BootEpoch, CommandId, Deframer, DeviceId, Epoch, Frame, FrameBytes, FrameError, Hello, Key, Message,
-    Millis, PileId, Recipient, Reference, SealError, Session, Sessions, TimeRequest, Trust,
+    Millis, Nack, PileId, Recipient, Reference, SealError, Session, Sessions, TimeRequest, Trust,
 };
 
 const IDS: [DeviceId; 2] = [DeviceId::Coordinator, DeviceId::Pile(PileId(7))];
@@ -218,13 +218,16 @@ proptest! {
     }
 
     #[test]
-    fn under_the_site_s_seal_only_gossip_is_believed(message in crate::strategies::message()) {
+    fn under_the_site_s_seal_only_gossip_and_claims_are_believed(message in crate::strategies::message()) {
         let mut sender = Device::new(1);
         let bytes = sender.sessions.seal(Recipient::Piles, &message).unwrap();
         let mut receiver = Device::new(0);
         let found = receiver.hear(&bytes);
         match message {
-            Message::PileTable(_) => {
+            Message::PileTable(_)
+            | Message::ClaimPile(_)
+            | Message::Ack(Ack { of: Reference::Claim(_) })
+            | Message::Nack(Nack { of: Reference::Claim(_), .. }) => {
                 prop_assert_eq!(&found[0].as_ref().unwrap().message, &message);
                 // Its rows say how old they are.
                 prop_assert_eq!(receiver.hear(&bytes), found);

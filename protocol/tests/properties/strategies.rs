@@ -140,7 +140,11 @@ fn some<T: Clone + core::fmt::Debug, const N: usize>(
 }
 
 fn reference() -> impl Strategy<Value = Reference> {
-    prop_oneof![command().prop_map(Reference::Command), report().prop_map(Reference::Report)]
+    prop_oneof![
+        command().prop_map(Reference::Command),
+        report().prop_map(Reference::Report),
+        (robot(), request()).prop_map(|(robot, request)| Reference::Claim(ClaimRef { robot, request })),
+    ]
 }
 
 fn nack_reason() -> impl Strategy<Value = NackReason> {
@@ -155,7 +159,8 @@ fn nack_reason() -> impl Strategy<Value = NackReason> {
                 NackReason::Faulted,
                 NackReason::Ended,
                 NackReason::NotCleared,
-                NackReason::Provisioned
+                NackReason::Provisioned,
+                NackReason::NotClaimable
             ][..]
         ),
         chassis_refusal().prop_map(|refusal| NackReason::Chassis { refusal }),
@@ -383,6 +388,18 @@ fn service() -> impl Strategy<Value = Message> {
         (command(), select(&FaultCode::ALL[..]))
             .prop_map(|(command, code)| Message::ClearFault(ClearFault { command, code })),
         provision().prop_map(Message::Provision),
+        (request(), pile(), any::<(u32, u32)>(), tag(), energy(), duration()).prop_map(
+            |(request, pile, (boot, version), tag, energy, within)| Message::ClaimPile(ClaimPile {
+                request,
+                pile,
+                boot: BootEpoch(boot),
+                version,
+                tag,
+                energy,
+                within
+            })
+        ),
+        any::<bool>().prop_map(|allowed| Message::ClaimRule(ClaimRule { allowed })),
     ]
 }
 

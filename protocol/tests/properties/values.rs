@@ -55,9 +55,9 @@ fn nan_infinities_and_values_out_of_range_are_errors_wherever_a_quantity_stands(
     // PileParameters and Provision, whose range ends there too.
     let coordinate = no_values(CoordinateM::MIN.get(), CoordinateM::MAX.get());
     assert_eq!(refuses(&CoordinateM::MAX.get().to_le_bytes(), &coordinate), 2 * (24 + 27) + 2);
-    // Grant, RobotState, ChargeRequest, TaskEnergy twice, ChassisState, ChargeReport, Rescue, RescueState.
+    // Grant, RobotState, ChargeRequest, TaskEnergy twice, ChassisState, ChargeReport, Rescue, RescueState, ClaimPile.
     let energy = no_values(EnergyJ::MIN.get(), EnergyJ::MAX.get());
-    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 9);
+    assert_eq!(refuses(&EnergyJ::MAX.get().to_le_bytes(), &energy), 10);
     // PileState and the eight rows of a table.
     let fraction = no_values(Fraction::MIN.get(), Fraction::MAX.get());
     assert_eq!(refuses(&Fraction::MAX.get().to_le_bytes(), &fraction), 9);
@@ -83,9 +83,9 @@ fn times_out_of_range_are_errors_wherever_a_time_stands() {
     assert_eq!(refuses(&varint(Millis::MAX.0), &too_late(Millis::MAX.0)), 3);
     // Nine rows, Grant twice, Revoke, TimeSync, ChargeReport twice.
     assert_eq!(refuses(&varint(SiteMillis::MAX.0), &too_late(SiteMillis::MAX.0)), 15);
-    // Nine rows, PileState twice, Drive, ChargeReport, PileParameters, Provision.
+    // Nine rows, PileState twice, Drive, ChargeReport, PileParameters, Provision, ClaimPile.
     let max = DurationMs::MAX.0.into();
-    assert_eq!(refuses(&varint(max), &too_late(max)), 15);
+    assert_eq!(refuses(&varint(max), &too_late(max)), 16);
 }
 
 #[test]

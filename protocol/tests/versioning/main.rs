@@ -54,7 +54,7 @@ fn every_message_keeps_its_bytes() {
         Hello, PileState, PileTable, Grant, Revoke, PassReport, TimeRequest, TimeSync, Ack, Nack, Fault,
         RobotState, ChargeRequest, Assignment, Unassigned, Drive, Stop, Release, Task, TaskEnergy, Odometry,
         ChassisState, PileReadings, ChargeReport, Query, PileFaults, PendingPasses, PileParameters, ClearFault,
-        Provision, Rescue, RescueState
+        Provision, Rescue, RescueState, ClaimPile, ClaimRule
     } in v01::messages());
 }
 
@@ -62,9 +62,10 @@ fn every_message_keeps_its_bytes() {
 fn every_enum_keeps_its_ordinals() {
     check_enum!(Availability { Free, Reserved, Charging, Done, Fault } in v01::AVAILABILITIES);
     check_enum!(EndReason { Completed, Expired, Revoked, RobotLeft, Fault } in v01::END_REASONS);
-    check_enum!(Reference { Command, Report } in v01::REFERENCES);
+    check_enum!(Reference { Command, Report, Claim } in v01::REFERENCES);
     check_enum!(NackReason {
-        StaleEpoch, TooLate, ClockUnknown, Held, Occupied, Faulted, Ended, Chassis, NotCleared, Provisioned
+        StaleEpoch, TooLate, ClockUnknown, Held, Occupied, Faulted, Ended, Chassis, NotCleared, Provisioned,
+        NotClaimable
     } in v01::NACK_REASONS);
     check_enum!(FaultCode {
         ReaderSilent, ContactorWelded, ContactorStuckOpen, OverCurrent, OverVoltage, OverTemperature,

@@ -23,10 +23,13 @@ pub const END_REASONS: [(EndReason, &str); 5] = [
     (EndReason::Fault, "04"),
 ];
 
-pub const REFERENCES: [(Reference, &str); 2] =
-    [(Reference::Command(CommandId(5)), "00|05"), (Reference::Report(REPORT), "01|03 06")];
+pub const REFERENCES: [(Reference, &str); 3] = [
+    (Reference::Command(CommandId(5)), "00|05"),
+    (Reference::Report(REPORT), "01|03 06"),
+    (Reference::Claim(ClaimRef { robot: RobotId(3), request: RequestId(300) }), "02|03 AC02"),
+];
 
-pub const NACK_REASONS: [(NackReason, &str); 10] = [
+pub const NACK_REASONS: [(NackReason, &str); 11] = [
     (NackReason::StaleEpoch { highest: Epoch(300) }, "00|AC02"),
     (NackReason::TooLate, "01"),
     (NackReason::ClockUnknown, "02"),
@@ -37,6 +40,7 @@ pub const NACK_REASONS: [(NackReason, &str); 10] = [
     (NackReason::Chassis { refusal: ChassisRefusal::TurnRate }, "07|02"),
     (NackReason::NotCleared, "08"),
     (NackReason::Provisioned, "09"),
+    (NackReason::NotClaimable, "0A"),
 ];
 
 pub const FAULT_CODES: [(FaultCode, &str); 14] = [
@@ -356,7 +360,28 @@ fn service() -> [(Message, &'static str); 10] {
 
 /// All of them.
 pub fn messages() -> std::vec::Vec<(Message, &'static str)> {
-    [&site()[..], &driving(), &chassis(), &service(), &rescue()].concat()
+    [&site()[..], &driving(), &chassis(), &service(), &rescue(), &claims()].concat()
+}
+
+/// What is said while no coordinator is heard, and before.
+fn claims() -> [(Message, &'static str); 2] {
+    let claim = ClaimPile {
+        request: RequestId(1_000_000),
+        pile: PileId(7),
+        boot: BootEpoch(3),
+        version: 300,
+        tag: TAG,
+        energy: EnergyJ::new(12.5).unwrap(),
+        within: DurationMs(300_000),
+    };
+    [
+        // request | pile | boot, version | tag | energy | within
+        (
+            Message::ClaimPile(claim),
+            "20 | C0843D | 07 | 03 AC02 | 30751FEB705C5904E3D50D70 | 00004841 | E0A712",
+        ),
+        (Message::ClaimRule(ClaimRule { allowed: true }), "21 | 01"),
+    ]
 }
 
 /// What piles, robots and the coordinator say to each other.

@@ -35,6 +35,14 @@ pub enum Breach {
         /// Who.
         robot: RobotId,
     },
+    /// What piles and robots have settled without a coordinator, the coordinator learns: a lease that a pile
+    /// made for itself is still not in its book.
+    Unreconciled {
+        /// Which pile.
+        pile: PileId,
+        /// The lease.
+        lease: LeaseId,
+    },
     /// No energy without a lease.
     Unleased {
         /// Which pile.
@@ -71,6 +79,11 @@ impl fmt::Display for Breach {
                 )
             }
             Self::Unhelped { robot } => write!(f, "robot {robot} stranded and was not helped"),
+            Self::Unreconciled { pile, lease } => write!(
+                f,
+                "pile {pile} and the coordinator hear each other, and lease {lease}, which the pile made for itself, \
+                 is not in the book"
+            ),
             Self::Unleased { pile } => write!(f, "pile {pile} gave energy without a lease"),
             Self::Overdrawn { drawn_w } => {
                 write!(f, "all piles together may draw {drawn_w:.0} W, more than the facility has")

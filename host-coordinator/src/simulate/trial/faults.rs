@@ -31,11 +31,13 @@ pub enum Fault {
     CoordinatorCrash,
     /// The coordinator's computer starts anew with another time.
     Clock,
+    /// The coordinator is away for minutes, in which robots and piles settle by themselves who charges.
+    Outage,
 }
 
 impl Fault {
     /// All kinds.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Loss,
         Self::Delay,
         Self::Duplicate,
@@ -45,6 +47,7 @@ impl Fault {
         Self::RobotCrash,
         Self::CoordinatorCrash,
         Self::Clock,
+        Self::Outage,
     ];
 
     /// What it is called on the command line.
@@ -60,6 +63,7 @@ impl Fault {
             Self::RobotCrash => "robot-crash",
             Self::CoordinatorCrash => "coordinator-crash",
             Self::Clock => "clock",
+            Self::Outage => "outage",
         }
     }
 
@@ -83,6 +87,7 @@ impl Fault {
             Self::RobotCrash => Some(3_600.0 / robots.max(1) as f64),
             Self::CoordinatorCrash => Some(400.0),
             Self::Clock => Some(1_200.0),
+            Self::Outage => Some(2_400.0),
         }
     }
 }
@@ -94,8 +99,8 @@ pub struct Faults(u16);
 impl Faults {
     /// No fault at all.
     pub const NONE: Self = Self(0);
-    /// Every kind.
-    pub const ALL: Self = Self((1 << Fault::ALL.len()) - 1);
+    /// Every kind but an outage, in which nobody decides for the whole site: that has to be named.
+    pub const ALL: Self = Self((1 << Fault::ALL.len()) - 1).without(Fault::Outage);
 
     /// Whether `fault` is one of them.
     #[must_use]
@@ -140,12 +145,13 @@ impl FromStr for Faults {
     type Err = UnknownFault;
 
     fn from_str(text: &str) -> Result<Self, UnknownFault> {
-        match text {
-            "none" => return Ok(Self::NONE),
-            "all" => return Ok(Self::ALL),
-            _ => {}
+        if text == "none" {
+            return Ok(Self::NONE);
         }
         text.split(',').try_fold(Self::NONE, |faults, word| {
+            if word.trim() == "all" {
+                return Ok(Self(faults.0 | Self::ALL.0));
+            }
             let named = Fault::ALL.into_iter().find(|fault| fault.name() == word.trim());
             named.map(|fault| faults.with(fault)).ok_or_else(|| UnknownFault { word: word.to_owned() })
         })
@@ -187,7 +193,8 @@ impl Troubles {
 
     /// The source of chance of one kind.
     pub fn chance(&mut self, fault: Fault) -> &mut Random {
-        let [loss, delay, duplicate, reorder, partition, pile, robot, coordinator, clock] = &mut self.chances;
+        let [loss, delay, duplicate, reorder, partition, pile, robot, coordinator, clock, outage] =
+            &mut self.chances;
         match fault {
             Fault::Loss => loss,
             Fault::Delay => delay,
@@ -198,6 +205,7 @@ impl Troubles {
             Fault::RobotCrash => robot,
             Fault::CoordinatorCrash => coordinator,
             Fault::Clock => clock,
+            Fault::Outage => outage,
         }
     }
 
@@ -230,6 +238,9 @@ mod tests {
         for text in ["none", "all", "loss", "delay,clock", "partition,pile-crash,coordinator-crash"] {
             assert_eq!(text.parse::<Faults>().unwrap().to_string(), text);
         }
+        let more = Faults::ALL.with(Fault::Outage);
+        assert_eq!("all,outage".parse::<Faults>().unwrap(), more);
+        assert_eq!(more.to_string().parse::<Faults>().unwrap(), more);
         assert_eq!("clock, loss".parse::<Faults>().unwrap().to_string(), "loss,clock");
         let error = "loss,fire".parse::<Faults>().unwrap_err().to_string();
         assert!(error.contains("\"fire\"") && error.contains("pile-crash"), "{error}");

@@ -32,9 +32,13 @@ const TOW_AGAIN: DurationMs = DurationMs(10_000);
 const HELPED_WITHIN: DurationMs = DurationMs(1_800_000);
 
 /// The computer of a mobile charger that stands by at `home`.
-pub(super) fn charger(navigator: Navigator, home: Point) -> Robot {
+pub(super) fn charger(robot: RobotId, navigator: Navigator, home: Point) -> Robot {
     let full_j = f64::from(CHARGER.full_j);
-    Robot::new(navigator, ALERT * full_j).with_charger(Charger::new(home, GIVES_W, KEEP * full_j))
+    Robot::new(robot, CHARGER.build(robot), navigator, ALERT * full_j).with_charger(Charger::new(
+        home,
+        GIVES_W,
+        KEEP * full_j,
+    ))
 }
 
 impl Run<'_> {

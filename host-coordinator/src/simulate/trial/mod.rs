@@ -13,7 +13,8 @@
 //!   robot at its contacts reads its sensors every 100 ms and its reader twice a second. On a board all
 //!   of this happens more often: what an idle pile does by its own timers may come up to a second later
 //!   here.
-//! - Piles don't gossip: nobody decides by what they would tell each other yet.
+//! - Piles gossip to robots that wait, who alone listen, and not to each other: every robot hears every pile, and no
+//!   pile decides by what it hears of others.
 //!
 //! | module | one idea |
 //! |---|---|

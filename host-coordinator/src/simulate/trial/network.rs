@@ -47,6 +47,14 @@ pub struct Letter {
     for_boot: Option<BootEpoch>,
 }
 
+impl Letter {
+    /// A frame under the site's key, which belongs to no session.
+    #[must_use]
+    pub const fn of_site((from, to): (Node, Node), header: Header, sent: Millis, message: Message) -> Self {
+        Self { from, to, sent, frame: Frame { header, message }, for_boot: None }
+    }
+}
+
 /// What becomes of a frame at its receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Opened {

@@ -2,13 +2,14 @@
 
 use std::mem;
 
-use protocol::{BootEpoch, DeviceId, DurationMs, EndReason, Message, RobotId, SiteMillis};
+use protocol::{BootEpoch, DeviceId, DurationMs, EndReason, Message, RobotId, SiteMillis, limits};
 
 use super::{
     Ground,
     breach::Breach,
     faults::Fault,
     network::{Letter, Node, Session},
+    piles::Pile,
     run::{Occasion, Run},
 };
 use crate::{
@@ -17,11 +18,13 @@ use crate::{
         event::{HelpEnd, LeaseEnd},
         state::Phase,
     },
-    simulate::random::Random,
+    simulate::{auditor::Violation, random::Random},
 };
 
 /// How long a crashed coordinator is away, in seconds: from, to.
 const AWAY_S: (f64, f64) = (1.0, 20.0);
+/// How long it is away when nobody starts it again, in seconds: from, to.
+const OUTAGE_S: (f64, f64) = (60.0, 240.0);
 /// Steps of the clock in milliseconds: up to one of these, forwards or back.
 const CLOCK_STEPS_MS: [f64; 3] = [2_000.0, 60_000.0, 3_600_000.0];
 /// A run begins at this hour of the site's day, so that the clock can be set back.
@@ -134,6 +137,25 @@ impl Run<'_> {
         {
             self.note(breach);
         }
+        self.check_two_piles();
+    }
+
+    /// No two piles hold to one robot for longer than a robot may take to a pile it has claimed.
+    fn check_two_piles(&mut self) {
+        for index in 0..self.rovers.len() {
+            let robot = self.rovers[index].id;
+            let holds = |pile: &&Pile| pile.holder() == Some(robot);
+            let mut held = self.piles.iter().filter(holds).map(|pile| pile.id);
+            let two = held.next().zip(held.next());
+            let since = &mut self.rovers[index].two_since;
+            let Some((one, other)) = two else {
+                *since = None;
+                continue;
+            };
+            if self.now.since(*since.get_or_insert(self.now)) > limits::LONGEST_CLAIM {
+                self.note(Breach::DoubleGrant(Violation::TwoPiles { robot, one, other }));
+            }
+        }
     }
 
     pub fn office_takes(&mut self, letter: Letter) {
@@ -230,7 +252,16 @@ impl Run<'_> {
         self.office.ahead_ms += step_ms;
     }
 
+    /// The coordinator stops, and nobody starts it again for minutes.
+    pub fn stop_office_for_long(&mut self) {
+        self.stop_office(Fault::Outage, OUTAGE_S);
+    }
+
     fn crash_office(&mut self) {
+        self.stop_office(Fault::CoordinatorCrash, AWAY_S);
+    }
+
+    fn stop_office(&mut self, fault: Fault, away_s: (f64, f64)) {
         if !self.office.up {
             return;
         }
@@ -241,9 +272,8 @@ impl Run<'_> {
         }
         self.office.piles.fill(Session::default());
         self.office.robots.fill(Session::default());
-        let chance = self.troubles.chance(Fault::CoordinatorCrash);
-        let away = DurationMs::from_seconds(chance.between(AWAY_S.0, AWAY_S.1) as f32);
-        self.agenda.put(self.now.after(away), Occasion::OfficeStarts);
+        let away_s = self.troubles.chance(fault).between(away_s.0, away_s.1);
+        self.agenda.put(self.now.after(DurationMs::from_seconds(away_s as f32)), Occasion::OfficeStarts);
     }
 
     /// No lease stays in the book that can't be alive any more.

@@ -38,6 +38,8 @@ pub struct Counts {
     pub completed: u64,
     /// Charges that were cut short for a critical robot.
     pub preempted: u64,
+    /// Charges under leases that piles made for themselves while they heard no coordinator.
+    pub local_charges: u64,
     /// Broken promises about who holds a pile.
     pub double_grants: u64,
     /// Broken promises about robots that ask.
@@ -78,6 +80,7 @@ impl Tally {
         counts.granted += other.counts.granted;
         counts.completed += other.counts.completed;
         counts.preempted += other.counts.preempted;
+        counts.local_charges += other.counts.local_charges;
         counts.double_grants += other.counts.double_grants;
         counts.lost_requests += other.counts.lost_requests;
         counts.stranded_reachable += other.counts.stranded_reachable;

@@ -5,7 +5,10 @@ use firmware_pile::{
     plant::{Battery, Plant},
     store::{Kept, Record},
 };
-use protocol::{Availability, BootEpoch, DeviceId, DurationMs, FrameError, Message, Millis, PileId, limits};
+use protocol::{
+    Ack, Activity, Availability, BootEpoch, DeviceId, DurationMs, FrameError, LeaseId, Message, Millis, Nack,
+    PileId, Reference, RobotId, limits,
+};
 
 use super::{
     breach::Breach,
@@ -56,6 +59,8 @@ pub(super) struct Pile {
     /// The power goes when this share of the records of the next step is stored.
     doom: Option<f64>,
     pub watch: PileWatch,
+    /// The last lease of its own under which it has charged.
+    counted: Option<LeaseId>,
 }
 
 impl Pile {
@@ -80,12 +85,18 @@ impl Pile {
             gives: false,
             doom: None,
             watch: PileWatch::default(),
+            counted: None,
         }
     }
 
     /// Whether it says that it is free.
     pub fn is_free(&self) -> bool {
         self.up && self.core.availability() == Availability::Free
+    }
+
+    /// Whom it holds its place for.
+    pub fn holder(&self) -> Option<RobotId> {
+        self.core.leases().current().filter(|_| self.up).map(|lease| lease.name.robot)
     }
 
     /// The time on its own clock.
@@ -285,6 +296,10 @@ impl Run<'_> {
         if !pile.up {
             return;
         }
+        if letter.from != Node::Office {
+            self.step_pile(index, Input::Frame(&letter.frame));
+            return;
+        }
         match pile.session.open(pile.kept.boot, letter) {
             Opened::Taken => {
                 pile.watch.hears(self.now, pile.core.site_now());
@@ -316,6 +331,9 @@ impl Run<'_> {
                 return;
             }
         }
+        for outgoing in outputs.messages.iter().filter(|outgoing| outgoing.to == To::Peers) {
+            self.tell_robots(index, &outgoing.message);
+        }
         for outgoing in outputs.messages.iter().filter(|outgoing| outgoing.to == To::Coordinator) {
             if matches!(outgoing.message, Message::PileState(_)) {
                 self.piles[index].said_at = self.now;
@@ -325,8 +343,30 @@ impl Run<'_> {
         self.check_pile(index);
     }
 
+    /// Gossip, for the robots that wait, who alone listen; the answer to a claim.
+    fn tell_robots(&mut self, index: usize, message: &Message) {
+        let claimant = match message {
+            Message::Ack(Ack { of: Reference::Claim(of) })
+            | Message::Nack(Nack { of: Reference::Claim(of), .. }) => self.robot_index(of.robot),
+            _ => None,
+        };
+        for robot in 0..self.rovers.len() {
+            let listens = self.rovers[robot].activity() == Some(Activity::Waiting);
+            if claimant.map_or(listens, |claimant| claimant == robot) {
+                self.send_directly(Node::Pile(index), Node::Robot(robot), message.clone());
+            }
+        }
+    }
+
     fn check_pile(&mut self, index: usize) {
+        let connected = self.office.is_up() && self.is_connected(Node::Pile(index));
         let pile = &mut self.piles[index];
+        let local = pile.core.leases().current().filter(|lease| lease.name.lease.is_local());
+        if let Some(lease) = local.filter(|lease| lease.charge.is_some()).map(|lease| lease.name.lease)
+            && pile.counted.replace(lease) != Some(lease)
+        {
+            self.tally.counts.local_charges += 1;
+        }
         let docked = pile.docked.first().map(|&robot| self.rovers[robot].id);
         let booked = if self.office.is_up() { self.office.coordinator.state().lease(pile.id) } else { None };
         let sight = Sight {
@@ -337,6 +377,7 @@ impl Run<'_> {
             docked,
             site_now: pile.core.site_now(),
             booked,
+            connected,
         };
         let gave = std::mem::replace(&mut pile.gives, sight.limit_a > 0.0);
         let begins = pile.gives && !gave;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use protocol::{Activity, BootEpoch, DurationMs, Message, Millis, RequestId, RobotId, SiteMillis};
+use protocol::{Activity, BootEpoch, DeviceId, DurationMs, Message, Millis, RequestId, RobotId, SiteMillis};
 
 use super::{
     CHARGER, Ground, MODEL,
@@ -67,6 +67,8 @@ pub(super) struct Rover {
     /// Its last request that the coordinator has taken.
     pub heard: Option<(BootEpoch, RequestId)>,
     missing_since: Option<Millis>,
+    /// Since when two piles hold to it.
+    pub two_since: Option<Millis>,
 }
 
 impl Rover {
@@ -107,6 +109,7 @@ impl Rover {
             gives_to: None,
             heard: None,
             missing_since: None,
+            two_since: None,
         }
     }
 
@@ -127,8 +130,8 @@ impl Run<'_> {
         let random = Random::new(self.trial.seed, stream);
         let navigator = Navigator::new(Arc::clone(&self.ground.terrain), random);
         rover.core = Some(match rover.home {
-            Some(home) => help::charger(navigator, home),
-            None => Robot::new(navigator, self.ground.alert_j),
+            Some(home) => help::charger(rover.id, navigator, home),
+            None => Robot::new(rover.id, MODEL.build(rover.id), navigator, self.ground.alert_j),
         });
         rover.session = Session::default();
         rover.stepped_at = self.now;
@@ -165,6 +168,10 @@ impl Run<'_> {
     pub fn robot_hears(&mut self, index: usize, letter: Letter) {
         let rover = &mut self.rovers[index];
         let Some(core) = &mut rover.core else { return };
+        if letter.from != Node::Office {
+            self.step_robot(index, &[letter.frame.message]);
+            return;
+        }
         match rover.session.open(rover.boot, &letter) {
             Opened::Taken => self.step_robot(index, &[letter.frame.message]),
             Opened::Stale => {}
@@ -212,6 +219,11 @@ impl Run<'_> {
         self.check_helped(index);
         for message in outputs.messages {
             self.send(Node::Robot(index), Node::Office, message);
+        }
+        if let Some(claim) = outputs.claim
+            && let Some(Node::Pile(pile)) = self.node(DeviceId::Pile(claim.pile))
+        {
+            self.send_directly(Node::Robot(index), Node::Pile(pile), Message::ClaimPile(claim));
         }
         self.check_booked(index);
         self.plan_robot(index);

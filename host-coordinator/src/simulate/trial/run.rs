@@ -1,6 +1,6 @@
 //! A run: from one event to the next.
 
-use protocol::{DeviceId, DurationMs, Message, Millis, PileId, RobotId};
+use protocol::{DeviceId, DurationMs, Header, Message, Millis, PileId, RobotId, Sequence};
 
 use super::{
     Ground, Trial,
@@ -192,6 +192,7 @@ impl<'a> Run<'a> {
             Fault::PileCrash => self.doom_pile(),
             Fault::RobotCrash => self.crash_robot(),
             Fault::CoordinatorCrash => self.doom_office(),
+            Fault::Outage => self.stop_office_for_long(),
             Fault::Clock => self.step_clock(),
             // They strike frames.
             Fault::Loss | Fault::Delay | Fault::Duplicate | Fault::Reorder => {}
@@ -241,10 +242,26 @@ impl<'a> Run<'a> {
         let Some(letter) = letter else { return };
         let device = if from == Node::Office { to } else { from };
         if self.is_connected(device) {
-            let arrivals = self.network.post(self.now, &mut self.troubles, letter);
-            for (at, number) in arrivals.into_iter().flatten() {
-                self.agenda.put(at, Occasion::Arrives(number));
-            }
+            self.post(letter);
+        }
+    }
+
+    /// Sends a message between a pile and a robot, which hear each other whether or not they hear the
+    /// coordinator.
+    pub fn send_directly(&mut self, from: Node, to: Node, message: Message) {
+        let (sender, boot) = match from {
+            Node::Pile(pile) => (DeviceId::Pile(self.piles[pile].id), self.piles[pile].kept.boot),
+            Node::Robot(robot) => (DeviceId::Robot(self.rovers[robot].id), self.rovers[robot].boot),
+            Node::Office => return,
+        };
+        let header = Header::new(sender, boot, Sequence(0));
+        self.post(Letter::of_site((from, to), header, self.now, message));
+    }
+
+    fn post(&mut self, letter: Letter) {
+        let arrivals = self.network.post(self.now, &mut self.troubles, letter);
+        for (at, number) in arrivals.into_iter().flatten() {
+            self.agenda.put(at, Occasion::Arrives(number));
         }
     }
 

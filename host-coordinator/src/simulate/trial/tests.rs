@@ -2,7 +2,7 @@
 
 use protocol::{DurationMs, Millis};
 
-use super::*;
+use super::{faults::Fault, *};
 use crate::{
     config::Policy,
     core::{
@@ -60,6 +60,18 @@ fn no_promise_is_broken_whatever_goes_wrong() {
 }
 
 #[test]
+fn while_the_coordinator_is_away_robots_claim_piles_and_all_promises_hold() {
+    let ground = ground(20, 6);
+    let mut local_charges = 0;
+    for seed in 0..4 {
+        let outcome = trial(seed, 20, 30, Faults::ALL.with(Fault::Outage)).run(&ground);
+        assert_eq!(outcome.failure, None, "seed {seed}");
+        local_charges += outcome.tally.counts.local_charges;
+    }
+    assert!(local_charges > 0, "nobody has claimed a pile");
+}
+
+#[test]
 fn faults_that_are_not_to_happen_do_not() {
     let ground = ground(20, 6);
     let clean = trial(4, 20, 8, Faults::NONE).run(&ground);
@@ -100,8 +112,9 @@ fn a_decision_taken_anew_from_the_log_is_the_one_that_was_taken() {
         let anew = anew(&events, 30, 5, policy);
         let chosen = |anew: &Anew| anew.would_be.as_ref().map(|would_be| would_be.chosen);
         let same = anew.iter().filter(|anew| chosen(anew) == Some(anew.was.chosen)).count();
-        // Of robots that wait beside others the log tells only what was known when they were decided.
-        assert!(anew.len() > 30 && same * 100 >= anew.len() * 93, "{choose}: {same} of {}", anew.len());
+        // Of robots that wait beside others the log tells only what was known when they were decided, and not that a
+        // pile is free for a robot that stands there without a lease and for nobody else.
+        assert!(anew.len() > 30 && same * 100 >= anew.len() * 88, "{choose}: {same} of {}", anew.len());
     }
 }
 
@@ -132,7 +145,7 @@ fn overload(chargers: u16) -> Ground {
 
 #[test]
 fn robots_that_strand_are_rescued_by_mobile_chargers_else_towed_and_none_is_forgotten() {
-    let faults = Faults::ALL.without(faults::Fault::Clock);
+    let faults = Faults::ALL.without(Fault::Clock);
     for (chargers, seed) in [(0, 1), (1, 2), (2, 8)] {
         let outcome = trial(seed, 16, 90, faults).run(&overload(chargers));
         let counts = outcome.tally.counts;

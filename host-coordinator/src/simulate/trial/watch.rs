@@ -13,6 +13,9 @@ use crate::{
 const RAMP: DurationMs = DurationMs(500);
 /// How long a pile and the coordinator may disagree about a holder: news need time to travel.
 const NEWS: DurationMs = DurationMs(10_000);
+/// How long a lease that a pile made for itself may not be in the book of a coordinator that hears the pile: an
+/// offer of its own has to run out first.
+const RECONCILED: DurationMs = DurationMs(60_000);
 /// How late an idle pile may notice something here.
 const NOTICE: DurationMs = DurationMs(2_000);
 
@@ -33,6 +36,8 @@ pub struct Sight<'a> {
     pub site_now: Option<SiteMillis>,
     /// The coordinator's lease of it.
     pub booked: Option<&'a state::Lease>,
+    /// Whether the coordinator is there and the two hear each other.
+    pub connected: bool,
 }
 
 /// What is remembered of a pile between two looks.
@@ -45,6 +50,8 @@ pub struct PileWatch {
     disputed_since: Option<Millis>,
     /// When the coordinator was first heard past the lease's expiry.
     heard_past: Option<Millis>,
+    /// Since when a lease of its own is not in the coordinator's book.
+    unbooked_since: Option<Millis>,
 }
 
 impl PileWatch {
@@ -79,7 +86,10 @@ impl PileWatch {
         if lease.is_some() {
             self.held_at = now;
         }
-        self.energy(now, sight).or_else(|| self.life(now, sight)).or_else(|| self.dispute(now, sight))
+        self.energy(now, sight)
+            .or_else(|| self.life(now, sight))
+            .or_else(|| self.dispute(now, sight))
+            .or_else(|| self.reconcile(now, sight))
     }
 
     /// Energy is for the holder of a lease.
@@ -122,7 +132,9 @@ impl PileWatch {
             self.disputed_since = None;
             return None;
         };
-        if lease.name.robot == booked.name.robot {
+        // Of what a pile settles by itself the coordinator learns when it hears it.
+        let unheard = lease.name.lease.is_local() && !sight.connected;
+        if lease.name.robot == booked.name.robot || unheard {
             self.disputed_since = None;
             return None;
         }
@@ -133,10 +145,28 @@ impl PileWatch {
     }
 }
 
+impl PileWatch {
+    /// A lease that the pile made for itself is in the coordinator's book as soon as it can be.
+    fn reconcile(&mut self, now: Millis, sight: &Sight<'_>) -> Option<Breach> {
+        let lease = sight.lease.map(|lease| lease.name).filter(|lease| lease.lease.is_local());
+        let booked = sight.booked.is_some_and(|booked| lease.is_some_and(|lease| booked.is_called(lease)));
+        let Some(lease) = lease.filter(|_| sight.connected && !booked) else {
+            self.unbooked_since = None;
+            return None;
+        };
+        let since = *self.unbooked_since.get_or_insert(now);
+        let late = now.since(since) > RECONCILED;
+        late.then_some(Breach::Unreconciled { pile: sight.pile, lease: lease.lease })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use firmware_pile::lease::{Leases, Place};
-    use protocol::{CommandHead, CommandId, EndReason, EnergyJ, Epoch, Grant, LeaseId, TagId};
+    use protocol::{
+        BootEpoch, ClaimPile, CommandHead, CommandId, EndReason, EnergyJ, Epoch, Grant, LeaseId, RequestId,
+        TagId,
+    };
 
     use super::*;
     use crate::core::event::RevokeReason;
@@ -178,6 +208,7 @@ mod tests {
             docked: None,
             site_now: Some(SiteMillis(0)),
             booked: None,
+            connected: true,
         }
     }
 
@@ -214,6 +245,43 @@ mod tests {
         assert_eq!(watch.look(Millis(1), &sight(&other)), Some(replaced));
         restarted.restarted();
         assert_eq!(restarted.look(Millis(1), &sight(&other)), None);
+    }
+
+    #[test]
+    fn a_lease_of_a_piles_own_that_a_coordinator_never_learns_of_is_found() {
+        let mut leases = Leases::new(Epoch(0));
+        let claim = ClaimPile {
+            request: RequestId(1),
+            pile: PILE,
+            boot: BootEpoch(1),
+            version: 1,
+            tag: TagId([7; 12]),
+            energy: EnergyJ::MIN,
+            within: DurationMs(600_000),
+        };
+        let place = Place { site_now: Some(SiteMillis(0)), faulted: false, occupied: false };
+        leases.claim(LeaseId::local(1), RobotId(7), &claim, DurationMs(10_000), place).unwrap();
+        let found = |connected, booked: Option<&state::Lease>| {
+            let mut watch = PileWatch::default();
+            let sight = Sight { connected, booked, ..sight(&leases) };
+            assert_eq!(watch.look(Millis(0), &sight), None, "news travel");
+            watch.look(Millis(61_000), &sight)
+        };
+        let lease = LeaseId::local(1);
+        assert_eq!(found(true, None), Some(Breach::Unreconciled { pile: PILE, lease }));
+        assert_eq!(found(false, None), None);
+        let mut booked = state::Lease {
+            name: leases.current().unwrap().name,
+            energy: EnergyJ::MIN,
+            granted_at: SiteMillis(0),
+            expiry: EXPIRY,
+            phase: Phase::Held { until: EXPIRY },
+            command: None,
+        };
+        assert_eq!(found(true, Some(&booked)), None);
+        booked.name = name(3, 8);
+        assert_eq!(found(false, Some(&booked)), None, "the coordinator can't know");
+        assert!(found(true, Some(&booked)).is_some());
     }
 
     #[test]
