@@ -105,7 +105,8 @@ fn a_robot_that_does_not_come_in_time_or_finds_another_there_has_no_lease() {
     assert_eq!(bench.pile.leases().ended().unwrap().reason, EndReason::Expired);
     bench.standing = Some((tag(8), -45));
     bench.wait(200);
-    assert_eq!(bench.claims(ROBOT), Some(Err(NackReason::Occupied)));
+    let again = ClaimPile { request: RequestId(10), ..bench.claim(ROBOT) };
+    assert_eq!(bench.claimed(ROBOT, again), Some(Err(NackReason::Occupied)));
     let endless = ClaimPile { within: DurationMs::MAX, tag: tag(8), ..bench.claim(RobotId(8)) };
     assert_eq!(bench.claimed(RobotId(8), endless), Some(Ok(())));
     let expiry = bench.pile.leases().current().unwrap().expiry;
