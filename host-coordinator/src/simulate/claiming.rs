@@ -1,8 +1,8 @@
 //! What a robot does while it hears piles and no coordinator: it claims one for itself.
 //!
 //! It listens to what the piles gossip, chooses by LMPP's rule ([`choose_alone`]), and asks that pile until it is
-//! answered. One pile at a time: another is asked only after this one has refused, or has not answered for
-//! [`PATIENCE`].
+//! answered. One pile at a time: another is asked only after this one has refused, or has not answered for five
+//! seconds.
 
 use std::collections::BTreeMap;
 
