@@ -45,7 +45,8 @@ ids! {
     Sequence(u32);
     /// A command; a repeat carries the same number, is answered again and not done again.
     CommandId(u32);
-    /// A robot's request for a charge; a repeat carries the same number.
+    /// A request for a robot's charge; a repeat carries the same number. Robots number theirs from 0 on,
+    /// the coordinator those that it opens itself from [`RequestId::FIRST_CALL`] on.
     RequestId(u32);
     /// A kind of work a robot does, such as patrolling (Access Table 1's T_i).
     TaskId(u16);
@@ -71,6 +72,17 @@ impl LeaseId {
     #[must_use]
     pub const fn next(self) -> Self {
         if self.is_local() { Self(0) } else { Self(self.0.saturating_add(1)) }
+    }
+}
+
+impl RequestId {
+    /// The first number that no robot gives.
+    pub const FIRST_CALL: Self = Self(1 << 31);
+
+    /// Whether the coordinator opened the request: the robot is called to a pile and has not asked.
+    #[must_use]
+    pub const fn is_call(self) -> bool {
+        self.0 >= Self::FIRST_CALL.0
     }
 }
 

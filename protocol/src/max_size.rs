@@ -169,7 +169,7 @@ enums! {
     }
     Topic { State, Faults, Passes, Table, Parameters }
     Activity { Working, Waiting, Approaching, Docked, Stranded, Charging }
-    UnassignedReason { AllTaken, OutOfReach }
+    UnassignedReason { AllTaken, OutOfReach, Withdrawn }
     RescuePhase { Driving, Charging, Done, GaveUp }
     ChassisRefusal {
         ForwardSpeed,

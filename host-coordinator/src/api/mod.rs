@@ -4,13 +4,17 @@
 //! |---|---|
 //! | `GET /api/v1/state` | a [`View`] |
 //! | `GET /api/v1/decisions/{id}` | a [`Decision`] that was ever made, with its explanation; 404 if there is none |
+//! | `POST /api/v1/requests` | asks for a robot's charge: 201, or why not |
+//! | `DELETE /api/v1/requests/{request}` | takes such a request back |
 //! | `GET /api/v1/changes` | WebSocket: a whole view first, then what [`changes`] in it |
 //! | `POST /api/v1/tows/{robot}` | a person says that a robot which was to be towed has been moved ([`tows`]) |
 //! | `GET /` | the dashboard ([`ui`]) |
 //!
-//! Everything else only reads: no robot or pile can be commanded from here.
+//! Whoever can reach the API can ask for charges and take their own requests back, in the same queue as robots
+//! do (`requests`); no robot or pile can be commanded from here.
 
 pub mod changes;
+mod requests;
 pub mod tows;
 
 use std::{sync::Arc, time::Duration};
@@ -23,7 +27,7 @@ use axum::{
     },
     http::StatusCode,
     response::{IntoResponse, Response},
-    routing::get,
+    routing::{delete, get, post},
 };
 use serde::Serialize;
 use tokio::{net::TcpListener, sync::watch, time};
@@ -31,7 +35,7 @@ use tokio::{net::TcpListener, sync::watch, time};
 use self::{changes::Change, tows::Tows};
 use crate::{
     core::{Decision, View},
-    daemon::History,
+    daemon::Desk,
     ui,
 };
 
@@ -41,13 +45,17 @@ const STUCK: Duration = Duration::from_secs(10);
 type Views = watch::Receiver<Arc<View>>;
 
 /// Serves until the task is dropped.
-pub async fn serve(listener: TcpListener, views: Views, history: History, tows: Tows) {
-    let decisions = Router::new().route("/api/v1/decisions/{id}", get(decision)).with_state(history);
+pub async fn serve(listener: TcpListener, views: Views, desk: Desk, tows: Tows) {
+    let asking = Router::new()
+        .route("/api/v1/decisions/{id}", get(decision))
+        .route("/api/v1/requests", post(requests::open))
+        .route("/api/v1/requests/{request}", delete(requests::withdraw))
+        .with_state(desk);
     let router = Router::new()
         .route("/api/v1/state", get(state))
         .route("/api/v1/changes", get(follow))
         .with_state(views)
-        .merge(decisions)
+        .merge(asking)
         .merge(tows.routes())
         .merge(ui::routes());
     if let Err(error) = axum::serve(listener, router).await {
@@ -60,8 +68,8 @@ async fn state(State(views): State<Views>) -> Response {
     Json(view.as_ref()).into_response()
 }
 
-async fn decision(State(history): State<History>, Path(id): Path<u64>) -> Response {
-    match history.decision(id).await {
+async fn decision(State(desk): State<Desk>, Path(id): Path<u64>) -> Response {
+    match desk.decision(id).await {
         Ok(Some(decision)) => Json::<Decision>(decision).into_response(),
         Ok(None) => {
             let text = format!("there is no decision {id}; /api/v1/state has the newest ones");

@@ -269,11 +269,12 @@ fn report(outcomes: &[Run], first_seed: u64) -> Report {
 }
 
 fn text(outcomes: &[Run], first_seed: u64) -> String {
-    const HEAD: [&str; 13] = [
+    const HEAD: [&str; 14] = [
         "seed",
         "requests",
         "granted",
         "completed",
+        "preempted",
         "double",
         "lost",
         "stranded, reachable",
@@ -290,6 +291,7 @@ fn text(outcomes: &[Run], first_seed: u64) -> String {
             figures.counts.requests.to_string(),
             figures.counts.granted.to_string(),
             figures.counts.completed.to_string(),
+            figures.counts.preempted.to_string(),
             figures.counts.double_grants.to_string(),
             figures.counts.lost_requests.to_string(),
             figures.counts.stranded_reachable.to_string(),

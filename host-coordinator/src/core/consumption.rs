@@ -22,6 +22,12 @@ const BELIEF: f64 = 4.0;
 const DOUBT: f64 = 0.15;
 /// A sample of standing is taken over this time, in seconds.
 const STAND_S: f64 = 10.0;
+/// A sample of what its work takes, its ways included, is taken over this time, in seconds.
+const WORK_S: f64 = 60.0;
+/// Before it was seen to work, a robot is believed to take this share of what driving takes.
+const WORKING: f64 = 0.8;
+/// So many samples of its work count.
+const WORKED: f64 = 10.0;
 /// Before it was seen to stand, a robot is believed to take this share of what driving takes.
 const STANDING: f64 = 0.5;
 /// No more samples count: those before are forgotten little by little.
@@ -40,6 +46,10 @@ pub struct Consumption {
     stand_w: f64,
     stand_s: f64,
     stand_j: f64,
+    works: f64,
+    work_w: f64,
+    work_s: f64,
+    work_j: f64,
 }
 
 impl Consumption {
@@ -51,8 +61,12 @@ impl Consumption {
         let (from, to) = (before.position, after.position);
         let moved_m = metres(from.x, to.x).hypot(metres(from.y, to.y));
         let taken_j = f64::from(before.energy.get()) - f64::from(after.energy.get());
+        let both = |activity| [before, after].iter().all(|report| report.activity == activity);
+        if both(Activity::Working) && taken_j >= 0.0 && moved_m <= JUMP_M {
+            self.work(f64::from(passed.as_seconds()), taken_j);
+        }
         if moved_m < MOVED_M {
-            if [before, after].iter().all(|report| report.activity == Activity::Waiting) && taken_j >= 0.0 {
+            if both(Activity::Waiting) && taken_j >= 0.0 {
                 self.stand(f64::from(passed.as_seconds()), taken_j);
             }
             return;
@@ -79,6 +93,25 @@ impl Consumption {
             self.stand_w += (self.stand_j / self.stand_s - self.stand_w) / self.stands;
             (self.stand_s, self.stand_j) = (0.0, 0.0);
         }
+    }
+
+    /// Has worked for so long, which took so much.
+    fn work(&mut self, passed_s: f64, taken_j: f64) {
+        self.work_s += passed_s;
+        self.work_j += taken_j;
+        if self.work_s >= WORK_S {
+            self.works = (self.works + 1.0).min(WORKED);
+            self.work_w += (self.work_j / self.work_s - self.work_w) / self.works;
+            (self.work_s, self.work_j) = (0.0, 0.0);
+        }
+    }
+
+    /// What its work takes with all ways to it, in watts, of a robot whose configuration says what a metre
+    /// takes and how fast it drives.
+    #[must_use]
+    pub fn working_w(&self, configured: f32, speed_mps: f32) -> f64 {
+        let believed = WORKING * f64::from(configured) * f64::from(speed_mps);
+        (BELIEF * believed + self.works * self.work_w) / (BELIEF + self.works)
     }
 
     /// What standing takes, in watts, of a robot whose configuration says what a metre takes and how fast it
@@ -170,7 +203,7 @@ mod tests {
                 consumption.learn(&report(before.0, before.1), &report(after.0, after.1), SECOND);
             }
         }
-        assert_eq!(consumption, Consumption::default());
+        assert_eq!(consumption.estimate(100.0), Consumption::default().estimate(100.0));
     }
 
     #[test]

@@ -16,6 +16,7 @@ use protocol::{
 use super::{
     event::{Event, Fact, Passes},
     observed::{Distrust, Freshness, Observed},
+    orders::Order,
     routes::Routes,
     site_view::SiteView,
     state::{Phase, State},
@@ -48,6 +49,8 @@ pub enum Input {
         /// Where to, if that was said.
         to: Option<Position>,
     },
+    /// Somebody orders something over the API.
+    Order(Order),
     /// Time has passed; several times a second.
     Tick,
 }
@@ -148,9 +151,11 @@ impl Coordinator {
                 turn.concerned.device(frame.header.sender);
                 self.hear(&mut turn, frame);
             }
+            Input::Order(order) => self.obey(&mut turn, &order),
             Input::Tick => {
                 turn.concerned.everybody();
                 self.compare_words(&mut turn);
+                self.call_robots(&mut turn);
             }
             Input::Towed { robot, to } => self.hear_towed(&mut turn, robot, to),
         }
@@ -345,6 +350,13 @@ impl Coordinator {
 
     fn hear_robot_state(&mut self, turn: &mut Turn, robot: RobotId, report: RobotState) {
         self.observed.robots.entry(robot).or_default().hear(turn.now, report);
+        // It follows a call of which the end was not heard.
+        if let Some(request) = report.accepted.filter(|request| request.is_call())
+            && matches!(report.activity, Activity::Approaching | Activity::Docked)
+            && !self.state.requests.contains_key(&robot)
+        {
+            self.send_to_work(turn, robot, request);
+        }
         let stranded = self.state.stranded.contains(&robot);
         match report.activity {
             Activity::Stranded if !stranded => {

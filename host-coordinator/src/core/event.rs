@@ -36,7 +36,7 @@ pub enum Fact {
         /// No lease had this number or a higher one.
         next_lease: LeaseId,
     },
-    /// A robot asked for a charge.
+    /// A robot asked for a charge, or somebody for it.
     Asked {
         /// Who.
         robot: RobotId,
@@ -54,6 +54,9 @@ pub enum Fact {
         /// How important that is.
         #[serde(default)]
         priority: TaskPriority,
+        /// Who asked.
+        #[serde(default)]
+        opener: Opener,
     },
     /// A robot has done a task, which took this much (Access eq. 1).
     TaskDone {
@@ -390,6 +393,19 @@ pub enum Device {
     Robot(RobotId),
 }
 
+/// Who opened a request.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Opener {
+    /// The robot itself, at its alert.
+    #[default]
+    Robot,
+    /// The coordinator, which called the robot while it still gets to a pile.
+    Coordinator,
+    /// A person, or a program of theirs, over the API.
+    Person,
+}
+
 /// How a pile is told of a grant or a revocation: repeated until answered or out of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Command {
@@ -418,6 +434,8 @@ pub enum RevokeReason {
     Abandoned,
     /// The robot cannot come any more.
     Stranded,
+    /// Who ordered the charge does not need it any more.
+    Withdrawn,
     /// Its robot has enough to work on, and a critical one needs the pile.
     Preempted,
     /// Its robot is charged at another pile, which made a lease for itself.

@@ -338,7 +338,11 @@ impl Coordinator {
                 self.grant(turn, pile, robot);
             }
             Some(Availability::Charging | Availability::Reserved) if !lost => {}
-            Some(Availability::Done) if !lost && !self.is_blocked(pile, turn.now) => {}
+            // It may be this robot that stands there, and has not said so yet.
+            Some(Availability::Done)
+                if !lost
+                    && (!self.is_blocked(pile, turn.now)
+                        || self.observed.robot_is_silent(robot, turn.now)) => {}
             // Its robot may stand there already, with too little left for any other pile.
             None if !lost && !self.observed.pile_is_lost(pile, turn.now) => {}
             _ => {

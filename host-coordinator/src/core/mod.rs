@@ -19,6 +19,8 @@
 //! | `grants` | leases: granted, extended, taken back, ended |
 //! | [`contradictions`] | what piles and robots say that cannot both be right, and who is silent |
 //! | `queue` | robots that ask: who waits, who is given which pile, what they are told |
+//! | `calls` | robots that are called to charge without having asked |
+//! | [`orders`] | what a person orders over the API |
 //! | `situation` | what is known of all robots that wait, as the policies take it |
 //! | [`consumption`] | what a robot is seen to take for a metre |
 //! | [`rescue`] | help for robots that can't come to a pile |
@@ -26,6 +28,7 @@
 //! | [`replay`] | the log followed again: what was known when, and decisions taken anew |
 //! | [`view`] | what a person sees; its map is drawn in `site_view` |
 
+mod calls;
 pub mod consumption;
 pub mod contradictions;
 pub mod coordinator;
@@ -33,6 +36,7 @@ pub mod decision;
 pub mod event;
 mod grants;
 pub mod observed;
+pub mod orders;
 mod power;
 pub mod profile;
 mod queue;

@@ -27,6 +27,8 @@ pub struct Observed {
     pub robots: BTreeMap<RobotId, SeenRobot>,
     /// Whether anything changed that may help a robot in the queue.
     pub queue_is_due: bool,
+    /// When it was last looked who needs a charge.
+    pub called_at: SiteMillis,
     /// When the queue was last served.
     pub queue_served_at: SiteMillis,
     /// When what piles and robots say was last compared.
@@ -107,6 +109,8 @@ pub struct SeenRobot {
     pub left_work: bool,
     /// Since when it has said nothing but that it works.
     pub working_since: Option<SiteMillis>,
+    /// Whether it was called to charge, and has said nothing since but that it works.
+    pub called: bool,
     /// What it was last told, and when.
     pub told: Option<(Told, SiteMillis)>,
     /// The route of its assignment.
@@ -250,6 +254,7 @@ impl SeenRobot {
         } else {
             self.working_since = None;
             self.left_work = true;
+            self.called = false;
         }
         self.report = Some(report);
     }

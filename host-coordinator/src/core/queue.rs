@@ -6,14 +6,14 @@
 use std::collections::BTreeSet;
 
 use protocol::{
-    Assignment, Availability, BootEpoch, ChargeRequest, DeviceId, Message, PileId, RobotId, SiteMillis,
-    Unassigned, UnassignedReason, limits,
+    Activity, Assignment, Availability, BootEpoch, ChargeRequest, DeviceId, Message, PileId, RobotId,
+    SiteMillis, Unassigned, UnassignedReason, limits,
 };
 
 use super::{
     coordinator::Coordinator,
     decision::Decision,
-    event::{Fact, Plight, RevokeReason},
+    event::{Fact, Opener, Plight, RevokeReason},
     observed::{Route, Told},
     state::{Help, Phase, Place, Request},
     turn::Turn,
@@ -45,7 +45,8 @@ impl Coordinator {
         seen.told = None;
         // A robot that started anew counts its requests anew too.
         seen.route = None;
-        self.record(turn, Fact::Asked { robot, boot, request, position, energy, task, priority });
+        let opener = Opener::Robot;
+        self.record(turn, Fact::Asked { robot, boot, request, position, energy, task, priority, opener });
         self.observed.queue_is_due = true;
     }
 
@@ -120,7 +121,12 @@ impl Coordinator {
             }
             let reachable = asker.offers.iter().any(in_reach);
             let reason = if reachable { UnassignedReason::AllTaken } else { UnassignedReason::OutOfReach };
-            self.tell_to_wait(turn, robot, &request, reason);
+            let seen = self.observed.robots.get(&robot).and_then(|seen| seen.report);
+            let works = seen.is_some_and(|report| report.activity == Activity::Working);
+            // Who is called and works hears of it when there is a pile for it.
+            if !(request.id.is_call() && works) {
+                self.tell_to_wait(turn, robot, &request, reason);
+            }
             return;
         };
         self.call_help_off(turn, robot);
@@ -147,7 +153,7 @@ impl Coordinator {
             };
             // One that started anew counts its requests anew: it would take the answer, and the old way, for
             // those to its next request.
-            if seen.contact.boot() != Some(request.boot) {
+            if !request.id.is_call() && seen.contact.boot() != Some(request.boot) {
                 continue;
             }
             let accepted = seen.report.is_some_and(|report| report.accepted == Some(request.id));

@@ -77,6 +77,12 @@ impl Routes {
         (weight > 0.0).then(|| length / weight)
     }
 
+    /// Whether a way leads from one pile to another.
+    #[must_use]
+    pub fn joins(&self, from: PileId, to: PileId) -> bool {
+        self.between.get(&from).is_some_and(|ways| ways.contains_key(&to))
+    }
+
     /// How far it is from a pile to the pile farthest away, in cells: how far a robot that works anywhere may
     /// have to drive to be charged. 0 if a way leads to no other.
     #[must_use]

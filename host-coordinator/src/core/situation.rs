@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use firmware_pile::charge;
+use planning::grid::Cell;
 use protocol::{Availability, DurationMs, EnergyJ, PileId, PileRow, Position, RobotId, SiteMillis};
 
 use super::{
@@ -20,9 +21,9 @@ use crate::{
 };
 
 /// What a door costs a robot by its congestion: that share of this, in seconds.
-const DOOR_S: f64 = 30.0;
+pub(super) const DOOR_S: f64 = 30.0;
 /// A charged robot has left its pile after this, in seconds.
-const LEAVE_S: f64 = 10.0;
+pub(super) const LEAVE_S: f64 = 10.0;
 /// What a robot should have left when it comes to a pile, as a share of a full battery.
 pub(super) const RESERVE: f64 = 0.02;
 /// No charge is cut short before it has lasted so long: nobody is sent to and fro.
@@ -193,7 +194,7 @@ impl Coordinator {
     /// When a pile is free, in seconds from now: what is left of the planned time of the robot on it (LMPP
     /// eqs. 1, 2), which may still be on its way. None if nobody knows. Of a pile that is silent but not lost
     /// the last report counts.
-    fn free_in_s(&self, pile: &SitePile, now: SiteMillis) -> Option<f64> {
+    pub(super) fn free_in_s(&self, pile: &SitePile, now: SiteMillis) -> Option<f64> {
         if self.observed.pile_is_lost(pile.id, now) {
             return None;
         }
@@ -268,6 +269,11 @@ impl Coordinator {
             ));
             return Arc::default();
         };
+        self.ways_from(robot, cell)
+    }
+
+    /// A robot's ways from the free cell where it is.
+    pub(super) fn ways_from(&mut self, robot: RobotId, cell: Cell) -> Arc<Ways> {
         let known = self.observed.robots.get(&robot).and_then(|seen| seen.ways.clone());
         if let Some((_, ways)) = known.filter(|(of, _)| *of == cell) {
             return ways;

@@ -13,7 +13,8 @@ use protocol::{
 use super::{
     decision::Decision,
     event::{
-        Command, Contradiction, Device, Event, Fact, HelpEnd, LeaseEnd, Plight, RevokeReason, TowReason,
+        Command, Contradiction, Device, Event, Fact, HelpEnd, LeaseEnd, Opener, Plight, RevokeReason,
+        TowReason,
     },
     profile::TaskProfile,
 };
@@ -37,6 +38,8 @@ pub struct State {
     pub next_command: CommandId,
     /// The number of the next decision.
     pub next_decision: u64,
+    /// How many requests were opened for robots that had not asked.
+    pub calls: u32,
     /// What was promised to whom, for every pile that was ever spoken of.
     pub piles: BTreeMap<PileId, PileRecord>,
     /// The open requests, at most one a robot.
@@ -198,6 +201,8 @@ pub struct Request {
     pub task: Option<TaskId>,
     /// How important that is (Access T_tp).
     pub priority: TaskPriority,
+    /// Who opened it.
+    pub opener: Opener,
     /// Where it stands in the queue.
     pub place: Place,
 }
@@ -319,6 +324,12 @@ impl State {
         self.piles.get(&pile)?.lease.as_ref()
     }
 
+    /// The number of the next request that is opened for a robot that has not asked.
+    #[must_use]
+    pub const fn next_call(&self) -> RequestId {
+        RequestId(RequestId::FIRST_CALL.0.saturating_add(self.calls))
+    }
+
     /// Who is promised the pile next.
     #[must_use]
     pub fn next(&self, pile: PileId) -> Option<RobotId> {
@@ -346,7 +357,7 @@ impl State {
         match &event.fact {
             Fact::Started { boot } => self.boot = self.boot.max(*boot),
             Fact::EpochStarted { epoch, next_lease } => self.start_epoch(*epoch, *next_lease),
-            Fact::Asked { robot, boot, request, position, energy, task, priority } => {
+            Fact::Asked { robot, boot, request, position, energy, task, priority, opener } => {
                 let asked = Request {
                     boot: *boot,
                     id: *request,
@@ -358,8 +369,13 @@ impl State {
                     energy: *energy,
                     task: *task,
                     priority: *priority,
+                    opener: *opener,
                     place: Place::Waiting,
                 };
+                if request.is_call() {
+                    let number = request.0 - RequestId::FIRST_CALL.0;
+                    self.calls = self.calls.max(number.saturating_add(1));
+                }
                 self.ask(*robot, asked);
             }
             Fact::TaskDone { robot, task, energy } => {
@@ -580,7 +596,7 @@ impl State {
         let again = matches!(lease.phase, Phase::Revoking { .. });
         *lease = Lease { name, phase: Phase::Revoking { why }, command: Some(command), ..*lease };
         match why {
-            RevokeReason::Abandoned => self.close_at(name.robot, pile),
+            RevokeReason::Abandoned | RevokeReason::Withdrawn => self.close_at(name.robot, pile),
             RevokeReason::Preempted => {
                 self.totals.preempted = self.totals.preempted.saturating_add((!again).into());
                 self.close_at(name.robot, pile);

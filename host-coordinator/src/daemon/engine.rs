@@ -10,13 +10,28 @@ use std::{
     time::Instant,
 };
 
-use protocol::{DeviceId, Message, SiteMillis};
+use protocol::{DeviceId, Message, RequestId, RobotId, SiteMillis};
+use serde::Serialize;
 
 use super::{planning_times::PlanningTimes, warnings::Warnings};
 use crate::{
-    core::{Coordinator, Decision, Effect, Event, Fact, Input, View},
+    core::{
+        Coordinator, Decision, Effect, Event, Fact, Input, View,
+        orders::{Order, Refusal},
+    },
     store::{Store, StoreError},
 };
+
+/// What has become of an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Ordered {
+    /// For which robot.
+    pub robot: RobotId,
+    /// Under which request.
+    pub request: RequestId,
+    /// The decision that was made at once, if it is about that.
+    pub decision: Option<u64>,
+}
 
 /// The core and its log.
 #[derive(Debug)]
@@ -66,6 +81,27 @@ impl Engine {
         } else {
             self.withheld.extend(step.effects);
         }
+    }
+
+    /// Does an order that came over the API, and answers under which request.
+    ///
+    /// # Errors
+    /// [`Refusal`] if it can't be done.
+    pub fn order(
+        &mut self,
+        now: SiteMillis,
+        order: Order,
+        send: &mut dyn FnMut(DeviceId, Message),
+    ) -> Result<Ordered, Refusal> {
+        let robot = self.coordinator.check(&order)?;
+        let asked = |coordinator: &Coordinator| Some(coordinator.state().requests.get(&robot)?.id);
+        let before = asked(&self.coordinator);
+        self.take(now, Input::Order(order), send);
+        let request = before.or_else(|| asked(&self.coordinator)).unwrap_or_default();
+        let decisions = &self.coordinator.state().decisions;
+        let decision =
+            decisions.iter().find(|decision| (decision.robot, decision.request) == (robot, request));
+        Ok(Ordered { robot, request, decision: decision.map(|decision| decision.id) })
     }
 
     /// Records the events since the last call in one transaction, then performs what waits for
@@ -147,10 +183,7 @@ fn log(event: &Event) {
 
 #[cfg(test)]
 mod tests {
-    use protocol::{
-        BootEpoch, ChargeRequest, EnergyJ, Frame, Header, PileId, RequestId, RobotId, Sequence, TagId,
-        TaskPriority,
-    };
+    use protocol::{BootEpoch, ChargeRequest, EnergyJ, Frame, Header, PileId, Sequence, TagId, TaskPriority};
 
     use super::*;
     use crate::{

@@ -46,8 +46,9 @@ use tokio::{
 };
 
 pub use clock::{ClockHand, SiteClock};
+pub use engine::Ordered;
 pub use planning_times::PlanningTimes;
-pub use questions::{History, Unanswered};
+pub use questions::{Desk, OrderOutcome, Unanswered};
 
 use self::{engine::Engine, questions::Questions, warnings::Warnings};
 use crate::{
@@ -164,10 +165,10 @@ impl Daemon {
 
         let name = site.name.clone();
         let (publish, view) = watch::channel(Arc::new(engine.view(clock.now())));
-        let (history, questions) = History::new();
+        let (desk, questions) = Desk::new();
         if let Some(http) = http {
             let tows = Tows { inputs: inputs.clone(), views: view.clone(), site };
-            tasks.spawn(api::serve(http, view.clone(), history, tows));
+            tasks.spawn(api::serve(http, view.clone(), desk, tows));
         }
         tasks.spawn(tell_time(clock.clone(), inputs));
         let (ended, engine_end) = oneshot::channel();
@@ -276,7 +277,9 @@ impl Shell {
             if self.engine.commit(&mut send).is_err() {
                 self.recover(&mut send);
             }
-            self.questions.answer(&self.engine);
+            if self.questions.answer(&mut self.engine, &self.clock, &mut send).is_err() {
+                self.recover(&mut send);
+            }
             if self.published.elapsed() >= VIEW_INTERVAL {
                 self.publish();
             }

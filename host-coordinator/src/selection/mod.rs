@@ -6,6 +6,7 @@
 //! | module | one idea |
 //! |---|---|
 //! | [`reach`] | how far a robot gets and when it must ask (eqs. 3, 6) |
+//! | [`margin`] | when a charge has to begin at the latest (Access eq. 3) |
 //! | [`activity`] | where a robot is wanted after its charge (eqs. 5, 8) |
 //! | [`priority`] | who comes first (Access eqs. 4, 5) |
 //! | [`situation`] | what is known of all robots that wait and of every pile |
@@ -21,6 +22,7 @@ pub mod activity;
 pub mod alone;
 pub mod explain;
 pub mod joint;
+pub mod margin;
 pub mod multistage;
 pub mod nearest;
 pub mod policy;

@@ -7,18 +7,23 @@
 //!
 //! ```text
 //!   Working --energy at the alert--> Waiting --route complete--> Approaching
-//!      ^                                                             | at the dock
+//!      |  ^                                                        ^ | at the dock
+//!      |  |                                                        | |
+//!      +--|----------- called: the route of a call is complete ----+ |
+//!         |                                                          |
 //!      +----------- contacts dead after a charge ---------------- Docked
 //!      +----------- contacts never live: asks again -----------------+
 //! ```
-//! While it waits and hears no coordinator it claims a pile by itself ([`claiming`](super::claiming)).
+//! A coordinator that watches over the robot calls it before it comes to its alert. While it waits and hears no coordinator it claims a pile by itself ([`claiming`](super::claiming)).
+//!
 //! One whose battery is empty has stranded, unless it stands at a pile. It asks again when it was helped: when
 //! it was charged where it stood, or moved to a pile. A mobile charger is a robot too, whose work is to stand
 //! by and to help others ([`charger`](super::charger)).
 
 use protocol::{
     Ack, Activity, Assignment, ChargeRequest, ClaimPile, CommandId, DurationMs, EnergyJ, Epoch, Hello,
-    Message, Millis, Nack, PileId, Reference, RequestId, Rescue, RobotId, RobotState, limits,
+    Message, Millis, Nack, PileId, Reference, RequestId, Rescue, RobotId, RobotState, UnassignedReason,
+    limits,
 };
 
 use super::{
@@ -37,6 +42,9 @@ const DEAD: DurationMs = DurationMs(2_000);
 const PATIENCE: DurationMs = DurationMs(60_000);
 /// How often a robot repeats a request that was answered by "not now".
 const ASK_AGAIN: DurationMs = DurationMs(10_000);
+
+/// A robot this far from the beginning of a route, in metres, does not drive back to it.
+const ROLLED_M: f64 = 2.0;
 
 /// What a robot does after a step.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,7 +105,9 @@ pub struct Robot {
     begun_j: Option<f64>,
     runs: Runs,
     claiming: Claiming,
-    /// Its newest request.
+    /// Its newest request of its own.
+    asked: RequestId,
+    /// The request that it is about: its own, or one under which it was called.
     request: RequestId,
     /// The parts of an assignment that are here so far.
     parts: Option<Parts<(RequestId, PileId)>>,
@@ -122,6 +132,7 @@ impl Robot {
             navigator,
             alert_j,
             mode: Mode::Working { until: None },
+            asked: RequestId(0),
             request: RequestId(0),
             parts: None,
             charger: None,
@@ -168,7 +179,7 @@ impl Robot {
         matches!(self.mode, Mode::Working { until: Some(_) }) && self.charger.is_none()
     }
 
-    /// Its newest request.
+    /// The request that it is about.
     #[must_use]
     pub const fn request(&self) -> RequestId {
         self.request
@@ -217,9 +228,12 @@ impl Robot {
                     self.claiming.answered(now, *of, self.request, false);
                 }
                 Message::Assignment(part) => self.take(part, sensed, &mut outputs),
-                Message::Unassigned(answer) if answer.request == self.request => {
-                    self.wait(now, sensed, &mut outputs);
-                }
+                Message::Unassigned(answer) if answer.request == self.request => match answer.reason {
+                    UnassignedReason::AllTaken | UnassignedReason::OutOfReach => {
+                        self.wait(now, sensed, &mut outputs);
+                    }
+                    UnassignedReason::Withdrawn => self.work_on(sensed, &mut outputs),
+                },
                 Message::Rescue(part) => self.set_out(part, sensed, &mut outputs),
                 Message::Nack(Nack { of: Reference::Command(rescue), .. }) => {
                     self.let_go(*rescue, sensed, &mut outputs);
@@ -261,16 +275,38 @@ impl Robot {
         self.mode = Mode::Approaching(Dock { pile, at });
     }
 
+    /// Told that its request was taken back, before its charge has begun.
+    fn work_on(&mut self, sensed: &Sensed, outputs: &mut Outputs) {
+        if matches!(
+            self.mode,
+            Mode::Waiting { .. }
+                | Mode::Approaching(_)
+                | Mode::Docked { charge: Charge::Expected { .. }, .. }
+        ) {
+            self.parts = None;
+            self.mode = self.go_to_work(sensed, outputs);
+        }
+    }
+
     /// Takes a part of an assignment; sets off when it is the last.
     fn take(&mut self, part: &Assignment, sensed: &Sensed, outputs: &mut Outputs) {
+        if part.request != self.request && part.request != self.asked && !part.request.is_call() {
+            return;
+        }
         let wanted = match self.mode {
             Mode::Waiting { .. } => true,
-            // Another pile than before: the coordinator has changed its mind.
-            Mode::Approaching(dock) => dock.pile != part.pile,
-            Mode::Docked { dock, charge: Charge::Expected { .. } } => dock.pile != part.pile,
-            Mode::Working { .. } | Mode::Docked { .. } | Mode::Stranded | Mode::Rescuing => false,
+            Mode::Working { .. } => part.request.is_call(),
+            Mode::Approaching(dock) | Mode::Docked { dock, charge: Charge::Expected { .. } } => {
+                if dock.pile == part.pile {
+                    // It had asked when it was called: both are about the same charge.
+                    self.request = part.request;
+                }
+                // Another pile than before: the coordinator has changed its mind.
+                dock.pile != part.pile
+            }
+            Mode::Docked { .. } | Mode::Stranded | Mode::Rescuing => false,
         };
-        if !wanted || part.request != self.request {
+        if !wanted {
             return;
         }
         let of = (part.request, part.pile);
@@ -281,10 +317,16 @@ impl Robot {
         let Some(waypoints) = parts.add(part.first, &part.waypoints) else { return };
         self.parts = None;
         let (Some(&first), Some(&at)) = (waypoints.front(), waypoints.back()) else { return };
-        // The route begins where the robot was when it asked; it may have rolled on since.
-        let Some(mut route) = self.navigator.route(sensed.position, first) else { return };
-        route.extend(waypoints);
+        // The route begins where the robot was heard last. If it has moved on since, it finds its own way.
+        let is_there = first.distance_m(sensed.position) <= ROLLED_M;
+        let goal = if is_there { first } else { at };
+        let Some(mut route) = self.navigator.route(sensed.position, goal) else { return };
+        if is_there {
+            route.extend(waypoints);
+        }
         outputs.route = Some(route);
+        self.request = part.request;
+        self.begun_j = None;
         self.mode = Mode::Approaching(Dock { pile: part.pile, at });
     }
 
@@ -366,7 +408,8 @@ impl Robot {
 
     /// Begins to ask for a charge.
     fn ask(&mut self, now: Millis) -> Mode {
-        self.request.0 = self.request.0.wrapping_add(1);
+        self.asked.0 = self.asked.0.wrapping_add(1) % RequestId::FIRST_CALL.0;
+        self.request = self.asked;
         self.parts = None;
         self.begun_j = None;
         self.claiming.coordinator_heard(now);

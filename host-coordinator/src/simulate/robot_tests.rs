@@ -130,6 +130,23 @@ fn a_robot_whose_assignment_is_taken_back_waits_again_and_clears_the_dock() {
 }
 
 #[test]
+fn a_robot_at_work_follows_a_call_and_no_other_assignment_and_works_on_when_it_is_withdrawn() {
+    let mut rig = Rig::new();
+    rig.after(100, &[]);
+    rig.after(100, &[rig.assignment(RequestId(9), PILE)]);
+    assert_eq!(rig.robot.activity(), Activity::Working);
+    let call = RequestId(RequestId::FIRST_CALL.0 + 9);
+    let outputs = rig.after(100, &[rig.assignment(call, PILE)]);
+    assert_eq!((rig.robot.activity(), accepted(&outputs)), (Activity::Approaching, Some(call)));
+    let answer = |reason| Message::Unassigned(Unassigned { request: call, reason });
+    rig.after(100, &[answer(UnassignedReason::AllTaken)]);
+    assert_eq!(rig.robot.activity(), Activity::Waiting);
+    rig.after(100, &[rig.assignment(call, PILE)]);
+    rig.after(100, &[answer(UnassignedReason::Withdrawn)]);
+    assert_eq!(rig.robot.activity(), Activity::Working);
+}
+
+#[test]
 fn a_robot_sets_off_only_with_the_whole_route_and_says_so() {
     let (mut rig, request) = Rig::waiting();
     let Message::Assignment(whole) = rig.assignment(request, PILE) else { unreachable!() };

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use protocol::{Activity, Deframer, DeviceId, EnergyJ, Message, Recipient, RobotId, RobotState};
 use serde_json::Value;
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -11,7 +12,7 @@ use tokio::{
 
 use crate::{
     loopback::{start, until},
-    udp_world::World,
+    udp_world::{World, hello, sessions},
 };
 
 async fn get(daemon: std::net::SocketAddr, path: &str) -> (String, String) {
@@ -202,6 +203,78 @@ async fn a_decision_is_explained_by_the_running_coordinator_after_a_restart_and_
     daemon.shutdown().await;
     let (ok, error) = explain(vec!["0".into(), "--url".into(), url]).await;
     assert!(!ok && error.contains("does not answer"), "{error}");
+}
+
+/// What is answered to a request with a body: the status and the JSON.
+async fn send(daemon: std::net::SocketAddr, method: &str, path: &str, body: &str) -> (u16, Value) {
+    let mut stream = TcpStream::connect(daemon).await.unwrap();
+    let request = format!(
+        "{method} {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\nContent-Type: application/json\r\n\
+         Content-Length: {}\r\n\r\n{body}",
+        body.len()
+    );
+    stream.write_all(request.as_bytes()).await.unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).await.unwrap();
+    let (head, body) = answer.split_once("\r\n\r\n").unwrap();
+    let status = head.split(' ').nth(1).unwrap().parse().unwrap();
+    (status, serde_json::from_str(body).unwrap_or_else(|_| panic!("{answer}")))
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_person_asks_for_a_robot_and_takes_that_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let (daemon, _) = start(folder.path()).await;
+    let refused = async |body: &str, status: u16, error: &str| {
+        let (code, answer) = send(http(&daemon), "POST", "/api/v1/requests", body).await;
+        assert_eq!((code, &answer["error"]), (status, &error.into()), "{body}: {answer}");
+        assert!(answer["message"].as_str().is_some_and(|text| !text.is_empty()), "{answer}");
+    };
+    refused(r#"{"robot": 77}"#, 404, "unknown_robot").await;
+    refused(r#"{"robot": 3}"#, 409, "unheard").await;
+    refused(r#"{"robot": 3, "priority": 11}"#, 422, "out_of_range").await;
+    refused(r#"{"robot": 3, "pile": 2}"#, 422, "unreadable").await;
+    refused("{", 400, "unreadable").await;
+
+    // A robot at work that has enough.
+    let mut robot = sessions(DeviceId::Robot(RobotId(3)));
+    let link = tokio::net::UdpSocket::bind("127.0.0.1:0").await.unwrap();
+    link.connect(daemon.addresses().udp).await.unwrap();
+    let mut buffer = [0; 512];
+    let coordinator = Recipient::Device(DeviceId::Coordinator);
+    link.send(&robot.seal(coordinator, &hello()).unwrap()).await.unwrap();
+    let length = timeout(Duration::from_secs(10), link.recv(&mut buffer)).await.unwrap().unwrap();
+    Deframer::new().feed(&buffer[..length], |packet| drop(robot.open(packet.unwrap()).unwrap()));
+    let site = host_coordinator::site::Site::fig7().unwrap();
+    let works = RobotState {
+        position: site.position(site.piles[0].cell),
+        energy: EnergyJ::new(9_000.0).unwrap(),
+        activity: Activity::Working,
+        accepted: None,
+    };
+    link.send(&robot.seal(coordinator, &Message::RobotState(works)).unwrap()).await.unwrap();
+    until(&daemon, "heard", |view| view.robots[0].activity == "working").await;
+    let body = r#"{"robot": 3, "task": 2, "priority": 8}"#;
+    let (status, ordered) = send(http(&daemon), "POST", "/api/v1/requests", body).await;
+    assert_eq!((status, &ordered["robot"]), (201, &3.into()), "{ordered}");
+    refused(body, 409, "waiting").await;
+    let decision = ordered["decision"].as_u64().unwrap();
+    let (_, told) = get(http(&daemon), &format!("/api/v1/decisions/{decision}")).await;
+    let told: Value = serde_json::from_str(&told).unwrap();
+    assert_eq!((&told["request"], &told["robot"]), (&ordered["request"], &ordered["robot"]));
+
+    let path = format!("/api/v1/requests/{}", ordered["request"]);
+    let (status, withdrawn) = send(http(&daemon), "DELETE", &path, "").await;
+    assert_eq!((status, &withdrawn["request"]), (200, &ordered["request"]));
+    let (status, gone) = send(http(&daemon), "DELETE", &path, "").await;
+    assert_eq!((status, &gone["error"]), (404, &"unknown_request".into()));
+    daemon.shutdown().await;
+
+    // It is in the log, with who asked.
+    let log = host_coordinator::store::Store::read_only(&folder.path().join("events.sqlite")).unwrap();
+    use host_coordinator::core::{Fact, event::Opener};
+    assert!(log.iter().any(|event| matches!(event.fact, Fact::Asked { opener: Opener::Person, .. })));
+    assert!(log.iter().any(|event| matches!(event.fact, Fact::Withdrawn { .. })));
 }
 
 /// Just enough of RFC 6455 to read a server's text messages.

@@ -70,6 +70,8 @@ pub struct ChargeRequest {
 
 /// Sends a robot to a pile. A route that does not fit one frame comes in several, which carry
 /// the same request; repeated until the robot's [`RobotState::accepted`] names the request.
+///
+/// Where the request [is a call](RequestId::is_call) the robot has not asked: it leaves its work and follows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Assignment {
@@ -85,7 +87,8 @@ pub struct Assignment {
     pub waypoints: Vec<Position, { limits::WAYPOINTS_PER_PART }>,
 }
 
-/// No pile for this request now; the robot keeps its place in the queue and may ask again.
+/// No pile for this request now; the robot keeps its place in the queue and may ask again, unless the request
+/// is withdrawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unassigned {
@@ -103,4 +106,6 @@ pub enum UnassignedReason {
     AllTaken,
     /// No pile is in reach (the empty set of LMPP eq. 9): help has to come.
     OutOfReach,
+    /// Who opened the request took it back: the robot goes on with its work.
+    Withdrawn,
 }

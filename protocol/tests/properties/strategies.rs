@@ -325,7 +325,7 @@ fn site() -> impl Strategy<Value = Message> {
                 waypoints
             })
         ),
-        (request(), select(&[AllTaken, OutOfReach][..]))
+        (request(), select(&[AllTaken, OutOfReach, Withdrawn][..]))
             .prop_map(|(request, reason)| Message::Unassigned(Unassigned { request, reason })),
     ]
 }

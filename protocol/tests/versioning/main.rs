@@ -75,7 +75,7 @@ fn every_enum_keeps_its_ordinals() {
     check_enum!(Topic { State, Faults, Passes, Table, Parameters } in v01::TOPICS);
     check_enum!(Activity { Working, Waiting, Approaching, Docked, Stranded, Charging } in v01::ACTIVITIES);
     check_enum!(RescuePhase { Driving, Charging, Done, GaveUp } in v01::RESCUE_PHASES);
-    check_enum!(UnassignedReason { AllTaken, OutOfReach } in v01::UNASSIGNED_REASONS);
+    check_enum!(UnassignedReason { AllTaken, OutOfReach, Withdrawn } in v01::UNASSIGNED_REASONS);
     check_enum!(ChassisRefusal {
         ForwardSpeed, SidewaysSpeed, TurnRate, TimeToLive, Stopped, Moving, NotCleared, TooManyTasks
     } in v01::CHASSIS_REFUSALS);

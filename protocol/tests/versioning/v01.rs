@@ -77,8 +77,11 @@ pub const ACTIVITIES: [(Activity, &str); 6] = [
     (Activity::Charging, "05"),
 ];
 
-pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 2] =
-    [(UnassignedReason::AllTaken, "00"), (UnassignedReason::OutOfReach, "01")];
+pub const UNASSIGNED_REASONS: [(UnassignedReason, &str); 3] = [
+    (UnassignedReason::AllTaken, "00"),
+    (UnassignedReason::OutOfReach, "01"),
+    (UnassignedReason::Withdrawn, "02"),
+];
 
 pub const RESCUE_PHASES: [(RescuePhase, &str); 4] = [
     (RescuePhase::Driving, "00"),

@@ -42,7 +42,7 @@ pub struct Letter {
     /// When it was sent.
     pub sent: Millis,
     /// What it says.
-    pub frame: Frame,
+    pub frame: Box<Frame>,
     /// The start of the receiver that it is sealed for; `None` for Hello, which is for any.
     for_boot: Option<BootEpoch>,
 }
@@ -50,8 +50,8 @@ pub struct Letter {
 impl Letter {
     /// A frame under the site's key, which belongs to no session.
     #[must_use]
-    pub const fn of_site((from, to): (Node, Node), header: Header, sent: Millis, message: Message) -> Self {
-        Self { from, to, sent, frame: Frame { header, message }, for_boot: None }
+    pub fn of_site((from, to): (Node, Node), header: Header, sent: Millis, message: Message) -> Self {
+        Self { from, to, sent, frame: Box::new(Frame { header, message }), for_boot: None }
     }
 }
 
@@ -88,7 +88,7 @@ impl Session {
         };
         let header = Header::new(sender, boot, self.next);
         self.next.0 = self.next.0.wrapping_add(1);
-        Some(Letter { from, to, sent, frame: Frame { header, message }, for_boot })
+        Some(Letter { from, to, sent, frame: Box::new(Frame { header, message }), for_boot })
     }
 
     /// Whether a device in its start `own` believes a frame.

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     core::{
         Coordinator, Effect, Event, Fact, Input, State, Step,
-        event::{HelpEnd, LeaseEnd},
+        event::{HelpEnd, LeaseEnd, Opener},
         state::Phase,
     },
     simulate::{auditor::Violation, random::Random},
@@ -165,7 +165,7 @@ impl Run<'_> {
             }
             _ => None,
         };
-        self.coordinate(Input::Frame(letter.frame));
+        self.coordinate(Input::Frame(*letter.frame));
         if let Some((robot, boot, request)) = asks
             && self.office.up
         {
@@ -221,6 +221,12 @@ impl Run<'_> {
     fn count(&mut self, events: &[Event]) {
         for event in events {
             match event.fact {
+                Fact::Asked { robot, opener: Opener::Coordinator, .. } => {
+                    if let Some(index) = self.robot_index(robot) {
+                        self.sum_up(index);
+                        self.needs(index);
+                    }
+                }
                 Fact::Granted { .. } => self.tally.counts.granted += 1,
                 Fact::Ended { why: LeaseEnd::ByPile(EndReason::Completed), .. } => {
                     self.tally.counts.completed += 1
@@ -299,12 +305,12 @@ impl Run<'_> {
 mod tests {
     use std::sync::Arc;
 
-    use protocol::Millis;
+    use protocol::{Activity, Millis};
 
     use super::*;
     use crate::{
         config::Policy,
-        simulate::trial::{Trial, faults::Faults},
+        simulate::trial::{Trial, faults::Faults, rovers::Rover},
         site::Site,
     };
 
@@ -351,6 +357,13 @@ mod tests {
     fn a_robot_that_the_coordinator_forgets_is_found() {
         let ground = ground();
         let mut run = crowded(&ground);
+        // Who is only called works on, and misses nothing.
+        let asks = |rover: &Rover| rover.activity() == Some(Activity::Waiting) && rover.heard.is_some();
+        while !run.rovers.iter().any(asks) {
+            let until = Millis(run.now.0 + 1_000);
+            run.run_until(until);
+            run.now = until;
+        }
         let waiting: Vec<_> = run.office.coordinator.state().requests.keys().copied().collect();
         let at = run.site_now();
         let dropped = waiting.iter().map(|&robot| Event { at, fact: Fact::Withdrawn { robot } });
@@ -358,7 +371,7 @@ mod tests {
         run.office.coordinator = ground.coordinator.restarted(&run.office.log);
         // A coordinator that does not hear and so cannot take them in again.
         let until = Millis(run.now.0 + 60_000);
-        let lost = run.rovers.iter().position(|rover| waiting.contains(&rover.id)).unwrap();
+        let lost = run.rovers.iter().position(asks).unwrap();
         run.office.robots[lost] = Session::default();
         while run.now < until && run.breach.is_none() {
             let robots: Vec<_> = (0..run.rovers.len()).collect();

@@ -53,8 +53,8 @@ pub(super) struct Rover {
     looked: Option<(Point, bool)>,
     stepped_at: Millis,
     driven_m: f64,
-    /// Since when it needs a charge, and whether a pile was within its true reach then.
-    needs: Option<(Millis, bool)>,
+    /// The charge that it asked for, or was called to, and has not got yet.
+    needs: Option<Need>,
     stranded: bool,
     /// Since when it has stranded, and neither was helped nor were people called.
     pub helpless_since: Option<Millis>,
@@ -69,6 +69,15 @@ pub(super) struct Rover {
     missing_since: Option<Millis>,
     /// Since when two piles hold to it.
     pub two_since: Option<Millis>,
+}
+
+/// A charge that a robot needs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Need {
+    /// Whether a pile was within its true reach when it asked, or was called.
+    reachable: bool,
+    /// When it left its work for it.
+    left_work: Option<Millis>,
 }
 
 impl Rover {
@@ -316,30 +325,41 @@ impl Run<'_> {
         })
     }
 
+    /// A robot asks for a charge, or is called to one, unless it needs one already.
+    pub fn needs(&mut self, index: usize) -> &mut Need {
+        let rover = &mut self.rovers[index];
+        rover.needs.get_or_insert_with(|| {
+            self.tally.counts.requests += 1;
+            let nearest_m = self.ground.terrain.nearest_pile_m(rover.body.position());
+            let needed_j = nearest_m.map(|nearest_m| nearest_m * rover.body.per_metre_j());
+            let reachable = needed_j.is_some_and(|needed_j| needed_j <= rover.body.energy_j());
+            Need { reachable, left_work: None }
+        })
+    }
+
     /// Notes when a robot begins to need a charge, gets one, or strands.
     fn note_need(&mut self, index: usize, contacts_live: bool) {
         let now = self.now;
         let rover = &mut self.rovers[index];
+        let activity = rover.activity();
+        if activity == Some(Activity::Waiting) {
+            rover.stranded = false;
+        }
         let stands_by = rover.home.is_some();
-        match rover.activity() {
-            Some(Activity::Waiting) if stands_by => rover.stranded = false,
-            Some(Activity::Waiting) if rover.needs.is_none() => {
-                rover.stranded = false;
-                let nearest_m = self.ground.terrain.nearest_pile_m(rover.body.position());
-                let needed_j = nearest_m.map(|nearest_m| nearest_m * rover.body.per_metre_j());
-                let reachable = needed_j.is_some_and(|needed_j| needed_j <= rover.body.energy_j());
-                rover.needs = Some((now, reachable));
-                self.tally.counts.requests += 1;
-            }
+        if matches!(activity, Some(Activity::Waiting | Activity::Approaching)) && !stands_by {
+            self.needs(index).left_work.get_or_insert(now);
+        }
+        let rover = &mut self.rovers[index];
+        match activity {
             Some(Activity::Docked | Activity::Charging) if contacts_live => {
-                if let Some((since, _)) = rover.needs.take() {
-                    self.tally.waits_ms.push(now.since(since).0);
+                if let Some(left_work) = rover.needs.take().and_then(|need| need.left_work) {
+                    self.tally.waits_ms.push(now.since(left_work).0);
                 }
             }
             Some(Activity::Stranded) if !rover.stranded => {
                 rover.stranded = true;
                 // Its wait ends here; when it was helped it asks anew.
-                if rover.needs.take().is_some_and(|(_, reachable)| reachable) {
+                if rover.needs.take().is_some_and(|need| need.reachable) {
                     self.tally.counts.stranded_reachable += 1;
                 } else {
                     self.tally.counts.stranded_unreachable += 1;
@@ -371,8 +391,8 @@ impl Run<'_> {
     /// At the end of the run: what robots still wait for counts too.
     pub fn count_open_waits(&mut self) {
         let now = self.now;
-        let open = self.rovers.iter().filter_map(|rover| rover.needs);
-        self.tally.waits_ms.extend(open.map(|(since, _)| now.since(since).0));
+        let left = self.rovers.iter().filter_map(|rover| rover.needs?.left_work);
+        self.tally.waits_ms.extend(left.map(|left_work| now.since(left_work).0));
     }
 }
 

@@ -140,14 +140,14 @@ fn a_log_taken_anew_with_doors_closed_knows_the_longer_ways() {
 fn overload(chargers: u16) -> Ground {
     let mut site = Site::fig7().unwrap();
     site.piles.truncate(2);
-    Ground::new(&Arc::new(site), Policy::default(), 16, chargers)
+    Ground::new(&Arc::new(site), Policy::default(), 24, chargers)
 }
 
 #[test]
 fn robots_that_strand_are_rescued_by_mobile_chargers_else_towed_and_none_is_forgotten() {
     let faults = Faults::ALL.without(Fault::Clock);
     for (chargers, seed) in [(0, 1), (1, 2), (2, 8)] {
-        let outcome = trial(seed, 16, 90, faults).run(&overload(chargers));
+        let outcome = trial(seed, 24, 90, faults).run(&overload(chargers));
         let counts = outcome.tally.counts;
         assert_eq!(outcome.failure, None, "{chargers} chargers");
         assert!(counts.stranded_reachable + counts.stranded_unreachable > 0, "{counts:?}");
@@ -159,7 +159,7 @@ fn robots_that_strand_are_rescued_by_mobile_chargers_else_towed_and_none_is_forg
 #[test]
 fn a_robot_that_strands_and_is_not_in_the_book_is_found() {
     let ground = overload(0);
-    let trial = trial(1, 16, 90, Faults::NONE);
+    let trial = trial(1, 24, 90, Faults::NONE);
     let mut run = run::Run::new(&ground, &trial);
     let stranded = |run: &run::Run<'_>| run.office.coordinator.state().stranded.first().copied();
     while stranded(&run).is_none() {

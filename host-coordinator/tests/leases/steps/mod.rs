@@ -1,5 +1,6 @@
 //! Single steps of the core: what a message means, and what follows from it.
 
+mod calls;
 mod claims;
 mod help;
 mod losing;
