@@ -7,7 +7,7 @@
 //! | `POST /api/v1/requests` | asks for a robot's charge: 201, or why not |
 //! | `DELETE /api/v1/requests/{request}` | takes such a request back |
 //! | `GET /api/v1/changes` | WebSocket: a whole view first, then what [`changes`] in it |
-//! | `POST /api/v1/tows/{robot}` | a person says that a robot which was to be towed has been moved ([`tows`]) |
+//! | `POST /api/v1/tows/{robot}` | a person says that a robot which was to be towed has been moved: 200, or why not |
 //! | `GET /` | the dashboard ([`ui`]) |
 //!
 //! Whoever can reach the API can ask for charges and take their own requests back, in the same queue as robots
@@ -15,7 +15,7 @@
 
 pub mod changes;
 mod requests;
-pub mod tows;
+mod tows;
 
 use std::{sync::Arc, time::Duration};
 
@@ -32,10 +32,11 @@ use axum::{
 use serde::Serialize;
 use tokio::{net::TcpListener, sync::watch, time};
 
-use self::{changes::Change, tows::Tows};
+use self::changes::Change;
 use crate::{
     core::{Decision, View},
     daemon::Desk,
+    site::Site,
     ui,
 };
 
@@ -45,7 +46,9 @@ const STUCK: Duration = Duration::from_secs(10);
 type Views = watch::Receiver<Arc<View>>;
 
 /// Serves until the task is dropped.
-pub async fn serve(listener: TcpListener, views: Views, desk: Desk, tows: Tows) {
+pub async fn serve(listener: TcpListener, views: Views, desk: Desk, site: Arc<Site>) {
+    let telling =
+        Router::new().route("/api/v1/tows/{robot}", post(tows::moved)).with_state((desk.clone(), site));
     let asking = Router::new()
         .route("/api/v1/decisions/{id}", get(decision))
         .route("/api/v1/requests", post(requests::open))
@@ -56,7 +59,7 @@ pub async fn serve(listener: TcpListener, views: Views, desk: Desk, tows: Tows) 
         .route("/api/v1/changes", get(follow))
         .with_state(views)
         .merge(asking)
-        .merge(tows.routes())
+        .merge(telling)
         .merge(ui::routes());
     if let Err(error) = axum::serve(listener, router).await {
         tracing::error!("the dashboard has ended: {error}");

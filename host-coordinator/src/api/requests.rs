@@ -30,7 +30,7 @@ pub(super) struct Asked {
 
 /// Why something was not done.
 #[derive(Debug, Serialize)]
-struct Trouble {
+pub(super) struct Trouble {
     /// One word for programs.
     error: &'static str,
     /// A sentence for people.
@@ -38,7 +38,7 @@ struct Trouble {
 }
 
 impl Trouble {
-    fn answer(status: StatusCode, error: &'static str, message: String) -> Response {
+    pub(super) fn answer(status: StatusCode, error: &'static str, message: String) -> Response {
         (status, Json(Self { error, message })).into_response()
     }
 }
@@ -61,12 +61,13 @@ pub(super) async fn withdraw(State(desk): State<Desk>, Path(request): Path<u32>)
     order(&desk, Order::Withdraw { request: RequestId(request) }, StatusCode::OK).await
 }
 
-async fn order(desk: &Desk, order: Order, done: StatusCode) -> Response {
+pub(super) async fn order(desk: &Desk, order: Order, done: StatusCode) -> Response {
     match desk.order(order).await {
         Ok(Ok(ordered)) => (done, Json(ordered)).into_response(),
         Ok(Err(refusal)) => {
             let (status, error) = match refusal {
                 Refusal::UnknownRobot(_) => (StatusCode::NOT_FOUND, "unknown_robot"),
+                Refusal::NotToBeTowed(_) => (StatusCode::NOT_FOUND, "not_to_be_towed"),
                 Refusal::UnknownRequest(_) => (StatusCode::NOT_FOUND, "unknown_request"),
                 Refusal::Unheard(_) => (StatusCode::CONFLICT, "unheard"),
                 Refusal::Waiting { .. } => (StatusCode::CONFLICT, "waiting"),

@@ -9,8 +9,8 @@ use std::{collections::BTreeMap, sync::Arc};
 use planning::lmpp::Lmpp;
 use protocol::{
     Ack, Activity, Availability, BootEpoch, ChargeReport, ClaimRule, DeviceId, DurationMs, Epoch, Fault,
-    Frame, Hello, LeaseId, LeaseRef, Message, PassReport, PileFaults, PileId, Position, Reference, RobotId,
-    RobotState, SiteMillis, TagId, TimeSync, version,
+    Frame, Hello, LeaseId, LeaseRef, Message, PassReport, PileFaults, PileId, Reference, RobotId, RobotState,
+    SiteMillis, TagId, TimeSync, version,
 };
 
 use super::{
@@ -42,13 +42,6 @@ pub enum Input {
     Frame(Frame),
     /// A frame arrived that says it is of this device and does not authenticate.
     Distrusted(DeviceId),
-    /// A person says that a robot which was to be towed has been moved.
-    Towed {
-        /// Who.
-        robot: RobotId,
-        /// Where to, if that was said.
-        to: Option<Position>,
-    },
     /// Somebody orders something over the API.
     Order(Order),
     /// Time has passed; several times a second.
@@ -157,7 +150,6 @@ impl Coordinator {
                 self.compare_words(&mut turn);
                 self.call_robots(&mut turn);
             }
-            Input::Towed { robot, to } => self.hear_towed(&mut turn, robot, to),
         }
         let robots = self.concerned_robots(&turn);
         self.withdraw_requests(&mut turn, &robots);

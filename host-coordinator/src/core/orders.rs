@@ -1,19 +1,22 @@
-//! What a person, or a program of theirs, orders over the API: a charge for a robot, or that it is not needed.
+//! What a person, or a program of theirs, says over the API: that a robot is to be charged, that it need not, or
+//! that it was towed.
 //!
 //! An order is checked before it becomes an event, so that it is done as it was answered. A robot that is
 //! ordered to charge hears of it as one that the coordinator calls (`calls`).
 
-use protocol::{DeviceId, Message, RequestId, RobotId, TaskId, TaskPriority, Unassigned, UnassignedReason};
+use protocol::{
+    DeviceId, Message, Position, RequestId, RobotId, TaskId, TaskPriority, Unassigned, UnassignedReason,
+};
 
 use super::{
     coordinator::Coordinator,
     event::{Fact, Opener, RevokeReason},
-    state::{Place, Request},
+    state::{HelpStage, Place, Request},
     turn::Turn,
 };
 
 /// An order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
     /// A robot is to be charged.
     Charge {
@@ -28,6 +31,13 @@ pub enum Order {
     Withdraw {
         /// Which one.
         request: RequestId,
+    },
+    /// A robot that was to be towed has been moved.
+    Towed {
+        /// Which robot.
+        robot: RobotId,
+        /// Where to, if that is known.
+        to: Option<Position>,
     },
 }
 
@@ -57,6 +67,9 @@ pub enum Refusal {
     /// Nobody ordered the request.
     #[error("request {0} was not ordered: it ends with the charge, or when its robot goes back to work")]
     NotOrdered(RequestId),
+    /// Nobody is to tow the robot.
+    #[error("robot {0} is not to be towed; `helps` in /api/v1/state has those that are")]
+    NotToBeTowed(RobotId),
 }
 
 impl Coordinator {
@@ -86,6 +99,11 @@ impl Coordinator {
                     Opener::Person => Ok(robot),
                     Opener::Robot | Opener::Coordinator => Err(Refusal::NotOrdered(request)),
                 }
+            }
+            Order::Towed { robot, .. } => {
+                let help = self.state.helps.get(&robot);
+                let is_towed = help.is_some_and(|help| matches!(help.stage, HelpStage::Tow(_)));
+                if is_towed { Ok(robot) } else { Err(Refusal::NotToBeTowed(robot)) }
             }
         }
     }
@@ -122,6 +140,7 @@ impl Coordinator {
                 }
                 self.send_to_work(turn, robot, request);
             }
+            Order::Towed { to, .. } => self.end_tow(turn, robot, to),
         }
     }
 

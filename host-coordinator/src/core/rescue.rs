@@ -114,11 +114,8 @@ impl Coordinator {
         }
     }
 
-    /// A person says that a robot was moved.
-    pub(super) fn hear_towed(&mut self, turn: &mut Turn, robot: RobotId, to: Option<Position>) {
-        if !self.state.helps.get(&robot).is_some_and(|help| matches!(help.stage, HelpStage::Tow(_))) {
-            return;
-        }
+    /// A robot that was to be towed was moved.
+    pub(super) fn end_tow(&mut self, turn: &mut Turn, robot: RobotId, to: Option<Position>) {
         if let Some((position, _)) = self.observed.robots.get_mut(&robot).and_then(|seen| seen.last.as_mut())
         {
             *position = to.unwrap_or(*position);

@@ -52,7 +52,7 @@ pub use questions::{Desk, OrderOutcome, Unanswered};
 
 use self::{engine::Engine, questions::Questions, warnings::Warnings};
 use crate::{
-    api::{self, tows::Tows},
+    api,
     config::{Config, Security},
     core::{Coordinator, Input, View},
     links::{self, Links, Sockets},
@@ -167,8 +167,7 @@ impl Daemon {
         let (publish, view) = watch::channel(Arc::new(engine.view(clock.now())));
         let (desk, questions) = Desk::new();
         if let Some(http) = http {
-            let tows = Tows { inputs: inputs.clone(), views: view.clone(), site };
-            tasks.spawn(api::serve(http, view.clone(), desk, tows));
+            tasks.spawn(api::serve(http, view.clone(), desk, site));
         }
         tasks.spawn(tell_time(clock.clone(), inputs));
         let (ended, engine_end) = oneshot::channel();

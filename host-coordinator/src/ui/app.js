@@ -106,7 +106,7 @@ async function moved(robot) {
   const headers = { "content-type": "application/json" };
   try {
     const answer = await fetch(`/api/v1/tows/${robot}`, { method: "POST", headers, body: "{}" });
-    if (!answer.ok) window.alert(await answer.text());
+    if (!answer.ok) window.alert((await answer.json()).message);
   } catch {
     window.alert("The coordinator cannot be reached: nothing was recorded. Try again.");
   }

@@ -246,7 +246,7 @@ impl Info {
             piles: places.iter().filter(|place| place.kind == PlaceKind::Pile).count(),
             doors: doors.len(),
             lanes: lanes.len(),
-            lanes_m: lanes.iter().map(|lane| lane.length_m(places)).sum(),
+            lanes_m: lanes.iter().fold(0.0, |sum, lane| sum + lane.length_m(places)),
             lifts: lifts
                 .iter()
                 .map(|lift| Stops { name: lift.name.clone(), storeys: lift.storeys.clone() })

@@ -11,7 +11,7 @@ use super::{
     run::{Occasion, Run},
 };
 use crate::{
-    core::{Input, ROBOT_PATIENCE, state::HelpStage},
+    core::{Input, ROBOT_PATIENCE, orders::Order, state::HelpStage},
     simulate::{charger::Charger, ground::Point, navigator::Navigator, robot::Robot},
 };
 
@@ -91,7 +91,7 @@ impl Run<'_> {
         rover.body.put(place);
         rover.route = rover.route.wrapping_add(1);
         self.step_robot(index, &[]);
-        self.coordinate(Input::Towed { robot, to: Some(place.into()) });
+        self.coordinate(Input::Order(Order::Towed { robot, to: Some(place.into()) }));
     }
 
     /// A pile that nobody uses or is to use, as people see it on the spot and on the dashboard.

@@ -3,6 +3,7 @@
 use super::*;
 use host_coordinator::core::{
     event::{HelpEnd, Plight, TowReason},
+    orders::Order,
     state::{HelpStage, Sortie},
 };
 
@@ -188,7 +189,7 @@ fn without_chargers_a_tow_is_wanted_at_once_and_stays_so_until_a_person_has_move
     let to = desk.beside(PileId(6));
     desk.pile_says(PileId(6), Availability::Free, None);
     desk.robot_at(ROBOT, to, Activity::Waiting, None);
-    desk.step(Input::Towed { robot: ROBOT, to: Some(to) });
+    desk.step(Input::Order(Order::Towed { robot: ROBOT, to: Some(to) }));
     assert_eq!((desk.help(), desk.place(ROBOT)), (None, Some(Place::Granted(PileId(6)))));
 }
 
@@ -196,14 +197,14 @@ fn without_chargers_a_tow_is_wanted_at_once_and_stays_so_until_a_person_has_move
 fn a_tow_that_nobody_wanted_changes_nothing() {
     let mut desk = Desk::new();
     let events = desk.events.len();
-    desk.step(Input::Towed { robot: ROBOT, to: None });
+    desk.step(Input::Order(Order::Towed { robot: ROBOT, to: None }));
     assert_eq!(desk.events.len(), events);
 }
 
 #[test]
 fn a_robot_that_is_still_stranded_after_its_tow_is_towed_again() {
     let mut desk = Desk::stranded(false);
-    desk.step(Input::Towed { robot: ROBOT, to: None });
+    desk.step(Input::Order(Order::Towed { robot: ROBOT, to: None }));
     assert_eq!(desk.help_ends(), [HelpEnd::Towed { to: None }]);
     desk.goes_on(20);
     assert_eq!(desk.help(), None, "it may take a moment");
