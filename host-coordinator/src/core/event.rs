@@ -434,6 +434,8 @@ pub enum RevokeReason {
     Abandoned,
     /// The robot cannot come any more.
     Stranded,
+    /// No way leads the robot there from where it is now.
+    NoWay,
     /// Who ordered the charge does not need it any more.
     Withdrawn,
     /// Its robot has enough to work on, and a critical one needs the pile.

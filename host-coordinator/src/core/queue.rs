@@ -157,6 +157,7 @@ impl Coordinator {
                 continue;
             }
             let accepted = seen.report.is_some_and(|report| report.accepted == Some(request.id));
+            let waits = seen.report.is_some_and(|report| report.activity == Activity::Waiting);
             let (goal, sure) = match request.place {
                 Place::Waiting => (None, false),
                 Place::Next(pile) => (Some(pile), true),
@@ -173,6 +174,10 @@ impl Coordinator {
                 Some(pile) if sure && !accepted => self.assign(turn, robot, &request, pile),
                 // Its pile will say so.
                 None if self.has_claimed(robot, &request) => {}
+                // Its pile has not answered yet: it is to know that it was heard.
+                Some(_) if !accepted && waits => {
+                    self.tell_to_wait(turn, robot, &request, UnassignedReason::AllTaken);
+                }
                 // It follows an assignment that does not hold any more.
                 _ if accepted => self.tell_to_wait(turn, robot, &request, UnassignedReason::AllTaken),
                 _ => {}
@@ -202,7 +207,10 @@ impl Coordinator {
         if !self.is_to_be_told(robot, Told::Go(pile), turn.now) {
             return;
         }
-        let Some(route) = self.route(turn, robot, request, pile) else { return };
+        let Some(route) = self.route(turn, robot, request, pile) else {
+            self.give_up(turn, robot, pile);
+            return;
+        };
         if request.assigned != Some(pile) {
             self.record(turn, Fact::Assigned { robot, pile });
         }
@@ -213,6 +221,19 @@ impl Coordinator {
             let assignment = Assignment { request: request.id, pile, total, first, waypoints };
             turn.send(DeviceId::Robot(robot), Message::Assignment(assignment));
         }
+    }
+
+    /// Takes a pile back from a robot that no way leads there any more: it has moved since, or is lost.
+    fn give_up(&mut self, turn: &mut Turn, robot: RobotId, pile: PileId) {
+        if self.state.next(pile) == Some(robot) {
+            self.record(turn, Fact::NextReleased { pile, robot });
+        } else if let Some(lease) = self.state.lease(pile).map(|lease| lease.name)
+            // Its robot has found a way to a pile that it claimed itself.
+            && !lease.lease.is_local()
+        {
+            self.revoke(turn, pile, lease, RevokeReason::NoWay);
+        }
+        self.observed.queue_is_due = true;
     }
 
     fn is_to_be_told(&mut self, robot: RobotId, what: Told, now: SiteMillis) -> bool {

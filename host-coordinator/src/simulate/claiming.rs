@@ -22,6 +22,9 @@ const LEFT_ALONE: DurationMs = DurationMs(20_000);
 /// What a robot takes longer than its way, at most: it may be stopped at crowded doors.
 const DELAY: DurationMs = DurationMs(90_000);
 
+/// A metre may take so much more than the robot believes: it claims no pile that it might not get to.
+const AT_MOST: f64 = 1.3;
+
 /// A robot's claims.
 #[derive(Debug)]
 pub struct Claiming {
@@ -145,7 +148,7 @@ impl Claiming {
             .filter(|(row, heard)| now.since(*heard) < FRESH && !self.refused.contains_key(&row.pile));
         let known: Vec<_> =
             fresh.map(|(row, _)| Known { row: *row, distance: ways.get(&row.pile).copied() }).collect();
-        choose_alone(&known, energy_j / self.per_metre_j() / cell_m)
+        choose_alone(&known, energy_j / (AT_MOST * self.per_metre_j()) / cell_m)
     }
 
     fn per_metre_j(&self) -> f64 {

@@ -267,6 +267,7 @@ impl State {
             }
             RevokeReason::Stranded
             | RevokeReason::Elsewhere
+            | RevokeReason::NoWay
             | RevokeReason::Occupied
             | RevokeReason::NoCurrent
             | RevokeReason::Unanswered

@@ -245,3 +245,31 @@ fn a_robot_keeps_its_promise_while_the_pile_is_cut_off_and_waits_for_another_whe
     assert!((60..70).contains(&kept_s), "{kept_s}");
     assert_eq!(desk.place(NEXT), Some(Place::Waiting));
 }
+
+#[test]
+fn a_robot_that_no_way_leads_to_its_pile_any_more_gives_it_up() {
+    let mut desk = Desk::new();
+    desk.pile_says(P, Availability::Free, None);
+    desk.robot_is(ROBOT, Activity::Waiting, None);
+    desk.ask(ROBOT, 1);
+    assert_eq!(desk.place(ROBOT), Some(Place::Granted(P)));
+    // From beside pile 7 a way leads to no other.
+    let position = desk.beside(PileId(7));
+    desk.robot_at(ROBOT, position, Activity::Waiting, None);
+    desk.ack(P);
+    assert_eq!(desk.phase(P), Some(Phase::Revoking { why: RevokeReason::NoWay }));
+    assert_eq!((desk.place(ROBOT), desk.led_from(ROBOT)), (Some(Place::Waiting), None));
+}
+
+#[test]
+fn a_robot_hears_that_it_was_heard_while_its_pile_does_not_answer() {
+    let mut desk = Desk::new();
+    desk.pile_says(P, Availability::Free, None);
+    desk.robot_is(ROBOT, Activity::Waiting, None);
+    desk.ask(ROBOT, 1);
+    assert!(matches!(desk.phase(P), Some(Phase::Offered)));
+    let heard = Unassigned { request: RequestId(1), reason: UnassignedReason::AllTaken };
+    assert!(desk.sent_to_robot(ROBOT).contains(&&Message::Unassigned(heard)));
+    desk.ack(P);
+    assert_eq!(desk.led_from(ROBOT), Some(desk.beside(P)), "and is sent as soon as it does");
+}
