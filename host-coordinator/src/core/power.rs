@@ -5,7 +5,7 @@
 //! a holder that is in no log counts too, one whose lease ran out while it was silent until it is heard, and
 //! after a start every pile that was not heard yet, for as long as a device may be silent.
 
-use protocol::{Availability, PileId, SiteMillis, limits};
+use protocol::{Availability, PileId, RobotId, SiteMillis, limits};
 
 use super::coordinator::Coordinator;
 use crate::{
@@ -41,13 +41,13 @@ impl Coordinator {
         booked || report.map_or_else(unknown, |report| report.energised || report.holder.is_some())
     }
 
-    /// Takes a choice back for which others have taken the power in the meantime, and says so of every pile
+    /// Takes a robot's choice back for which others have taken the power in the meantime, and says so of every pile
     /// that lacks nothing else.
-    pub(super) fn keep_within_power(&self, choice: &mut Choice, now: SiteMillis) {
+    pub(super) fn keep_within_power(&self, robot: RobotId, choice: &mut Choice, now: SiteMillis) {
         let left_w = self.power_left_w(now);
         let lacks = |pile| {
             self.site.pile(pile).is_some_and(|pile| !self.has_power_for(pile, left_w, now))
-                && self.availability(pile, now) == Some(Availability::Free)
+                && self.availability_for(robot, pile, now) == Some(Availability::Free)
         };
         if choice.chosen.is_some_and(lacks) {
             (choice.chosen, choice.stage) = (None, Stage::None);

@@ -96,7 +96,7 @@ impl Coordinator {
         let situation = self.situation(turn, &waiting);
         let choices = self.chooser.choose(&situation);
         for (asker, mut choice) in situation.askers.iter().zip(choices) {
-            self.keep_within_power(&mut choice, turn.now);
+            self.keep_within_power(asker.robot, &mut choice, turn.now);
             self.follow(turn, &situation, asker, &choice);
         }
     }
