@@ -1,11 +1,11 @@
-//! What a robot is seen to take for a metre, its mean and its spread, and for a second of standing: from
-//! its own reports.
+//! What a robot is seen to take for a metre, its mean and its spread, and for a second of standing and of work:
+//! from its own reports.
 //!
 //! A configuration says what a robot takes; a worn battery, a load or a ramp say otherwise. Reports in
 //! which the robot has moved are summed over stretches of `STRETCH_M`, each of which is one sample. The
 //! configured value counts as `BELIEF` samples with a spread of `DOUBT`, and samples are forgotten
-//! slowly, so that the estimate follows a robot that ages. What standing takes is learned in the same way,
-//! over `STAND_S`, while the robot waits.
+//! slowly, so that the estimate follows a robot that ages. What standing and working take is learned in the same
+//! way, over `STAND_S` while the robot waits and over `WORK_S` while it works.
 
 use protocol::{Activity, DurationMs, RobotState};
 
@@ -42,14 +42,36 @@ pub struct Consumption {
     squares: f64,
     stretch_m: f64,
     stretch_j: f64,
-    stands: f64,
-    stand_w: f64,
-    stand_s: f64,
-    stand_j: f64,
-    works: f64,
-    work_w: f64,
-    work_s: f64,
-    work_j: f64,
+    standing: Power,
+    working: Power,
+}
+
+/// What something takes for a second: the mean of samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Power {
+    samples: f64,
+    mean_w: f64,
+    /// The sample that is being taken.
+    passed_s: f64,
+    taken_j: f64,
+}
+
+impl Power {
+    /// So much was taken in so long; a sample is taken over `over_s`, and the last `remembered` count.
+    fn learn(&mut self, passed: DurationMs, taken_j: f64, over_s: f64, remembered: f64) {
+        self.passed_s += f64::from(passed.as_seconds());
+        self.taken_j += taken_j;
+        if self.passed_s >= over_s {
+            self.samples = (self.samples + 1.0).min(remembered);
+            self.mean_w += (self.taken_j / self.passed_s - self.mean_w) / self.samples;
+            (self.passed_s, self.taken_j) = (0.0, 0.0);
+        }
+    }
+
+    /// The estimate in watts, where `believed_w` counts as [`BELIEF`] samples.
+    fn estimate_w(&self, believed_w: f64) -> f64 {
+        (BELIEF * believed_w + self.samples * self.mean_w) / (BELIEF + self.samples)
+    }
 }
 
 impl Consumption {
@@ -63,11 +85,11 @@ impl Consumption {
         let taken_j = f64::from(before.energy.get()) - f64::from(after.energy.get());
         let both = |activity| [before, after].iter().all(|report| report.activity == activity);
         if both(Activity::Working) && taken_j >= 0.0 && moved_m <= JUMP_M {
-            self.work(f64::from(passed.as_seconds()), taken_j);
+            self.working.learn(passed, taken_j, WORK_S, WORKED);
         }
         if moved_m < MOVED_M {
             if both(Activity::Waiting) && taken_j >= 0.0 {
-                self.stand(f64::from(passed.as_seconds()), taken_j);
+                self.standing.learn(passed, taken_j, STAND_S, REMEMBERED);
             }
             return;
         }
@@ -84,42 +106,18 @@ impl Consumption {
         }
     }
 
-    /// Has stood for so long, which took so much.
-    fn stand(&mut self, passed_s: f64, taken_j: f64) {
-        self.stand_s += passed_s;
-        self.stand_j += taken_j;
-        if self.stand_s >= STAND_S {
-            self.stands = (self.stands + 1.0).min(REMEMBERED);
-            self.stand_w += (self.stand_j / self.stand_s - self.stand_w) / self.stands;
-            (self.stand_s, self.stand_j) = (0.0, 0.0);
-        }
-    }
-
-    /// Has worked for so long, which took so much.
-    fn work(&mut self, passed_s: f64, taken_j: f64) {
-        self.work_s += passed_s;
-        self.work_j += taken_j;
-        if self.work_s >= WORK_S {
-            self.works = (self.works + 1.0).min(WORKED);
-            self.work_w += (self.work_j / self.work_s - self.work_w) / self.works;
-            (self.work_s, self.work_j) = (0.0, 0.0);
-        }
-    }
-
     /// What its work takes with all ways to it, in watts, of a robot whose configuration says what a metre
     /// takes and how fast it drives.
     #[must_use]
     pub fn working_w(&self, configured: f32, speed_mps: f32) -> f64 {
-        let believed = WORKING * f64::from(configured) * f64::from(speed_mps);
-        (BELIEF * believed + self.works * self.work_w) / (BELIEF + self.works)
+        self.working.estimate_w(WORKING * f64::from(configured) * f64::from(speed_mps))
     }
 
     /// What standing takes, in watts, of a robot whose configuration says what a metre takes and how fast it
     /// drives.
     #[must_use]
     pub fn standing_w(&self, configured: f32, speed_mps: f32) -> f64 {
-        let believed = STANDING * f64::from(configured) * f64::from(speed_mps);
-        (BELIEF * believed + self.stands * self.stand_w) / (BELIEF + self.stands)
+        self.standing.estimate_w(STANDING * f64::from(configured) * f64::from(speed_mps))
     }
 
     /// One sample more, in joules a metre (Welford's method).
