@@ -14,7 +14,7 @@
 use std::collections::BTreeMap;
 
 use planning::grid::Cell;
-use protocol::{Activity, Availability, PileId, RobotId, SiteMillis, TagId, limits};
+use protocol::{Activity, Availability, PileId, RobotId, SiteMillis, limits};
 
 use super::{
     ROBOT_PATIENCE,
@@ -143,10 +143,6 @@ impl Coordinator {
     fn is_sent_to(&self, robot: RobotId, pile: PileId) -> bool {
         let place = self.state.requests.get(&robot).map(|request| request.place);
         place == Some(Place::Next(pile)) || place == Some(Place::Granted(pile))
-    }
-
-    fn robot_of(&self, tag: TagId) -> Option<RobotId> {
-        self.robots.values().find(|robot| robot.tag == tag).map(|robot| robot.id)
     }
 
     fn activity(&self, robot: RobotId, now: SiteMillis) -> Option<Activity> {

@@ -368,16 +368,20 @@ impl Coordinator {
         }
     }
 
+    /// Whose tag it is.
+    pub(super) fn robot_of(&self, tag: TagId) -> Option<RobotId> {
+        self.robots.values().find(|robot| robot.tag == tag).map(|robot| robot.id)
+    }
+
     /// Adds a report's passes once, however often it comes.
     fn count_passes(&mut self, turn: &mut Turn, pile: PileId, report: &PassReport) {
         let counted = self.state.piles.get(&pile).and_then(|record| record.pass_report);
         if counted.is_some_and(|counted| report.report <= counted) {
             return;
         }
-        let robot_of = |tag: TagId| self.robots.values().find(|robot| robot.tag == tag).map(|robot| robot.id);
         let counts = report.passes.iter().filter(|count| count.period < super::PILE.periods);
         let passes = counts.filter_map(|count| {
-            Some(Passes { robot: robot_of(count.tag)?, period: count.period, passes: count.passes })
+            Some(Passes { robot: self.robot_of(count.tag)?, period: count.period, passes: count.passes })
         });
         let passes = passes.collect();
         self.record(turn, Fact::Passed { pile, report: report.report, passes });
