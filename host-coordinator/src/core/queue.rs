@@ -15,6 +15,7 @@ use super::{
     decision::Decision,
     event::{Fact, Opener, Plight, RevokeReason},
     observed::{Route, Told},
+    routes::{Part, parts},
     state::{Help, Phase, Place, Request},
     turn::Turn,
 };
@@ -214,10 +215,7 @@ impl Coordinator {
         if request.assigned != Some(pile) {
             self.record(turn, Fact::Assigned { robot, pile });
         }
-        let total = u16::try_from(route.waypoints.len()).unwrap_or(u16::MAX);
-        for (part, waypoints) in route.waypoints.chunks(limits::WAYPOINTS_PER_PART).enumerate() {
-            let first = u16::try_from(part * limits::WAYPOINTS_PER_PART).unwrap_or(u16::MAX);
-            let waypoints = waypoints.iter().copied().collect();
+        for Part { total, first, waypoints } in parts(&route.waypoints) {
             let assignment = Assignment { request: request.id, pile, total, first, waypoints };
             turn.send(DeviceId::Robot(robot), Message::Assignment(assignment));
         }

@@ -32,6 +32,7 @@ use super::{
     coordinator::Coordinator,
     event::{Fact, Freed, HelpEnd, Plight, TowReason},
     profile::SPREADS,
+    routes::{Part, parts},
     situation::RESERVE,
     state::{Help, HelpStage, Sortie},
     turn::Turn,
@@ -355,11 +356,7 @@ impl Coordinator {
             return;
         }
         errand.told_at = Some(now);
-        let errand = errand.clone();
-        let total = u16::try_from(errand.waypoints.len()).unwrap_or(u16::MAX);
-        for (part, waypoints) in errand.waypoints.chunks(limits::WAYPOINTS_PER_PART).enumerate() {
-            let first = u16::try_from(part * limits::WAYPOINTS_PER_PART).unwrap_or(u16::MAX);
-            let waypoints = waypoints.iter().copied().collect();
+        for Part { total, first, waypoints } in parts(&errand.waypoints) {
             let Sortie { command: rescue, energy, .. } = *sortie;
             let rescue = Rescue { rescue, robot, energy, total, first, waypoints };
             turn.send(DeviceId::Robot(sortie.charger), Message::Rescue(rescue));

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use planning::{grid::Cell, lmpp::Lmpp, rooms::DoorId};
-use protocol::PileId;
+use protocol::{PileId, Position, limits};
 
 use crate::site::Site;
 
@@ -18,6 +18,28 @@ pub struct Way {
     pub length: f64,
     /// The congestion of all doors on it together (LMPP's rho, eq. 11).
     pub congestion: f64,
+}
+
+/// A part of a way, as many points as fit into a message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// How many points the whole way has.
+    pub total: u16,
+    /// Which of them is the first here.
+    pub first: u16,
+    /// The points.
+    pub waypoints: heapless::Vec<Position, { limits::WAYPOINTS_PER_PART }>,
+}
+
+/// The parts in which a way is told.
+pub fn parts(waypoints: &[Position]) -> impl Iterator<Item = Part> + '_ {
+    let number = |place: usize| u16::try_from(place).unwrap_or(u16::MAX);
+    let total = number(waypoints.len());
+    waypoints.chunks(limits::WAYPOINTS_PER_PART).enumerate().map(move |(part, waypoints)| Part {
+        total,
+        first: number(part * limits::WAYPOINTS_PER_PART),
+        waypoints: waypoints.iter().copied().collect(),
+    })
 }
 
 /// Plans ways, with the memory of the site's paths.
