@@ -108,10 +108,12 @@ impl Claiming {
             self.refused.insert(asked.pile, now);
             self.asked = None;
         }
+        if self.asked.is_some_and(|asked| now.since(asked.repeated_at) < limits::REPEAT_INTERVAL) {
+            return None;
+        }
         self.refused.retain(|_, at| now.since(*at) < LEFT_ALONE);
         let ways = navigator.ways_to_piles(position);
         let asked = match self.asked {
-            Some(asked) if now.since(asked.repeated_at) < limits::REPEAT_INTERVAL => return None,
             Some(asked) => Asked { repeated_at: now, ..asked },
             None => {
                 let pile = self.choose(now, energy_j, &ways, navigator.metres_per_cell())?;
