@@ -76,6 +76,9 @@ pub struct Explanation {
     /// What the pile could be used for; none if it was silent for too long.
     #[serde(default)]
     pub availability: Option<Availability>,
+    /// Whether it was free to that robot alone, which stood there without a lease.
+    #[serde(default)]
+    pub stands_here: bool,
     /// The share of its charge still ahead, 0 to 1 (q, eq. 1).
     #[serde(default)]
     pub remaining: f64,
@@ -121,6 +124,7 @@ impl Decision {
             probability: one.probability,
             score: one.score.filter(|score| score.is_finite()),
             availability: offer.candidate.availability,
+            stands_here: offer.stands_here,
             remaining: offer.candidate.remaining,
             free_in_s: offer.free_in_s,
             next_is_open: offer.next_is_open,

@@ -113,12 +113,14 @@ impl Coordinator {
         let planned = charge::planned_time([lacking], pile.power_w, PILE.eta);
         let period = activity::period(now, planned, PILE.period, PILE.periods);
         let way = seen.ways.get(&pile.id).copied();
+        let availability = match seat.availability {
+            Some(Availability::Done) => self.availability_for(config.id, pile.id, now),
+            other => other,
+        };
+        let stands_here = seat.availability != availability;
         let candidate = Candidate {
             pile: pile.id,
-            availability: match seat.availability {
-                Some(Availability::Done) => self.availability_for(config.id, pile.id, now),
-                other => other,
-            },
+            availability,
             remaining: seat.remaining,
             distance: way.map(|way| way.length),
             probability: self.state.pass_frequency(config.id, period, pile.id),
@@ -142,7 +144,7 @@ impl Coordinator {
             }
         });
         let Seat { free_in_s, next_is_open, holder, .. } = *seat;
-        Offer { candidate, free_in_s, next_is_open, holder, times }
+        Offer { candidate, stands_here, free_in_s, next_is_open, holder, times }
     }
 
     fn seat(&self, pile: &SitePile, left_w: f64, now: SiteMillis) -> Seat {

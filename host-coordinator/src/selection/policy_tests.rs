@@ -44,7 +44,14 @@ fn asker(number: u16, asked_s: u64, share: f64, piles: &[Pile], distances: &[Opt
         });
         let times = times.filter(|_| what.availability != Some(Availability::Fault));
         let free_in_s = Some(what.free_in_s);
-        Offer { candidate, free_in_s, next_is_open: what.next_is_open, holder: what.holder, times }
+        Offer {
+            candidate,
+            stands_here: false,
+            free_in_s,
+            next_is_open: what.next_is_open,
+            holder: what.holder,
+            times,
+        }
     });
     Asker {
         robot: RobotId(number),

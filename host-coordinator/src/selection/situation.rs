@@ -47,6 +47,8 @@ pub struct Asker {
 pub struct Offer {
     /// What LMPP's choice knows of it.
     pub candidate: Candidate,
+    /// Whether it is free to this robot alone, which stands there without a lease.
+    pub stands_here: bool,
     /// When it is free, in seconds from now; none if nobody knows.
     pub free_in_s: Option<f64>,
     /// Whether it is occupied and promised to nobody, so that it could be this robot's next.

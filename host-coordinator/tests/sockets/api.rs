@@ -127,6 +127,7 @@ async fn the_state_has_the_promised_form() {
             "remaining",
             "score",
             "stage",
+            "stands_here",
             "times",
             "verdict"
         ]

@@ -12,7 +12,7 @@ mod standing;
 
 use std::collections::BTreeMap;
 
-use protocol::{Availability, RobotId, SiteMillis};
+use protocol::{Availability, RobotId};
 
 pub use standing::Standing;
 
@@ -94,13 +94,11 @@ impl Replay {
     /// What was known when `together` was decided, in the order in which the step knew it.
     fn situation_anew(&self, together: &[Decision]) -> Situation {
         let Some(first) = together.first() else { return Situation::default() };
-        let decided = together.iter().filter_map(|decision| {
-            self.coordinator.asker_anew(decision, &decision.explanations, decision.at_ms)
-        });
+        let decided = together.iter().filter_map(|decision| self.coordinator.asker_anew(decision, decision));
         let beside = first.beside.iter().filter_map(|robot| {
             let last = self.latest.get(robot)?;
             let request = self.coordinator.state.requests.get(robot)?;
-            let asker = self.coordinator.asker_anew(last, &first.explanations, first.at_ms)?;
+            let asker = self.coordinator.asker_anew(last, first)?;
             let share = self.coordinator.share(&asker)?;
             Some(Asker { urgency: priority::urgency(share, request.priority, asker.waited_s), ..asker })
         });
@@ -111,9 +109,10 @@ impl Replay {
 }
 
 impl Coordinator {
-    /// The robot of a decision as it was known then or, having waited on, is at `now`, with the ways of this
-    /// coordinator to piles of which `rows` tell.
-    fn asker_anew(&self, decision: &Decision, rows: &[Explanation], now: SiteMillis) -> Option<Asker> {
+    /// The robot of a decision as it was known then or, having waited on, when `known` was decided, with the
+    /// ways of this coordinator to piles that were as `known` tells.
+    fn asker_anew(&self, decision: &Decision, known: &Decision) -> Option<Asker> {
+        let now = known.at_ms;
         let Decision { robot, energy_j: energy, reach, .. } = *decision;
         let config = self.robots.get(&robot)?;
         let position = decision.position?;
@@ -135,8 +134,12 @@ impl Coordinator {
             ways: self.routes.ways(cell).into(),
         };
         let offers = self.site.piles.iter().map(|pile| {
-            let row = rows.iter().find(|row| row.pile == pile.id)?;
-            Some(self.offer(now, &seen, pile, &Seat::from(row)))
+            let row = known.explanations.iter().find(|row| row.pile == pile.id)?;
+            let mut seat = Seat::from(row);
+            if row.stands_here && known.robot != robot {
+                seat.availability = Some(Availability::Done);
+            }
+            Some(self.offer(now, &seen, pile, &seat))
         });
         Some(Asker {
             robot,
