@@ -199,7 +199,7 @@ impl Coordinator {
     fn tend(&mut self, turn: &mut Turn, pile: PileId, lease: &Lease) {
         let now = turn.now;
         let held = matches!(lease.phase, Phase::Held { .. });
-        if now > lease.expiry.after(CLOCK_MARGIN) && (!held || self.observed.pile_is_silent(pile, now)) {
+        if is_past(lease, now) && (!held || self.observed.pile_is_silent(pile, now)) {
             self.end(turn, pile, lease, LeaseEnd::RanOut, DurationMs(0));
             return;
         }
@@ -275,6 +275,10 @@ impl Coordinator {
         self.record(turn, Fact::Revoked { pile, lease, command, why });
         self.send_command(turn, pile);
         self.observed.queue_is_due = true;
+        // It may have been held beyond its time, while its pile was heard.
+        if let Some(lease) = self.state.lease(pile).copied().filter(|lease| is_past(lease, turn.now)) {
+            self.end(turn, pile, &lease, LeaseEnd::RanOut, DurationMs(0));
+        }
     }
 
     fn end(&mut self, turn: &mut Turn, pile: PileId, lease: &Lease, why: LeaseEnd, charged: DurationMs) {
@@ -356,4 +360,9 @@ impl Coordinator {
     fn is_blocked(&self, pile: PileId, now: SiteMillis) -> bool {
         self.observed.piles.get(&pile).is_some_and(|seen| now.since(seen.since) > super::ROBOT_PATIENCE)
     }
+}
+
+/// Whether no pile that knows the time believes in a lease any more, unless it charges under it.
+fn is_past(lease: &Lease, now: SiteMillis) -> bool {
+    now > lease.expiry.after(CLOCK_MARGIN)
 }

@@ -2,9 +2,7 @@
 
 use std::mem;
 
-use protocol::{
-    BootEpoch, DeviceId, DurationMs, EndReason, LeaseId, Message, PileId, RobotId, SiteMillis, limits,
-};
+use protocol::{BootEpoch, DeviceId, DurationMs, EndReason, Message, RobotId, SiteMillis, limits};
 
 use super::{
     Ground,
@@ -56,8 +54,6 @@ pub(super) struct Office {
     pub piles: Vec<Session>,
     pub robots: Vec<Session>,
     doom: Option<Doom>,
-    /// A lease that was over at the last tick.
-    over: Option<(PileId, LeaseId)>,
     /// What the site's clock is ahead of the run's, in milliseconds.
     ahead_ms: i64,
 }
@@ -74,7 +70,6 @@ impl Office {
             piles: vec![Session::default(); ground.piles.len()],
             robots: vec![Session::default(); robots],
             doom: None,
-            over: None,
             ahead_ms: (random.between(FIRST_HOURS.0, FIRST_HOURS.1) * HOUR_MS) as i64,
         }
     }
@@ -298,12 +293,10 @@ impl Run<'_> {
             let lease = record.lease.as_ref()?;
             let held = matches!(lease.phase, Phase::Held { .. });
             let over = !held && dead > lease.expiry.after(crate::core::CLOCK_MARGIN);
-            over.then_some((*pile, lease.name.lease))
+            over.then_some(Breach::BookedTooLong { pile: *pile, lease: lease.name.lease })
         });
-        // One that is taken back only now, after the clock was set forward, is ended at the next tick.
-        let before = mem::replace(&mut self.office.over, over);
-        if let Some((pile, lease)) = over.filter(|_| over == before) {
-            self.note(Breach::BookedTooLong { pile, lease });
+        if let Some(breach) = over {
+            self.note(breach);
         }
     }
 }
@@ -408,8 +401,6 @@ mod tests {
         run.check_book();
         assert_eq!(run.breach, None);
         run.office.ahead_ms += 120_000;
-        run.check_book();
-        assert_eq!(run.breach, None, "it is ended at the next tick");
         run.check_book();
         let (pile, lease) = lease;
         assert_eq!(run.breach, Some(Breach::BookedTooLong { pile, lease }));
